@@ -1,0 +1,52 @@
+#include "TbbJobs.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+namespace isofront::core {
+namespace {
+
+class TbbJobs final : public Jobs {
+public:
+    // One more slot than workers: the slot reserved for a calling thread that helps.
+    explicit TbbJobs(std::size_t threads)
+        : _threads(threads),
+          _arena(static_cast<int>(threads) + 1, 1)
+    {
+    }
+    // task_group may throw from its destructor; our jobs do not, so there is nothing to throw
+    ~TbbJobs() noexcept override { TbbJobs::wait(); }
+
+    void submit(std::function<void()> job) override
+    {
+        // enqueue starts a worker even when no thread of ours waits in the arena; defer counts the
+        // job in the group at once, so that wait() can't miss it
+        _arena.enqueue(_group.defer([job = std::move(job)]() noexcept { job(); }));
+    }
+    void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) override
+    {
+        _arena.execute([&] {
+            tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); });
+        });
+    }
+    void wait() override
+    {
+        _arena.execute([this] { _group.wait(); });
+    }
+    [[nodiscard]] std::size_t concurrency() const override { return _threads; }
+
+private:
+    std::size_t _threads;
+    tbb::task_arena _arena;
+    tbb::task_group _group;
+};
+
+} // namespace
+
+std::unique_ptr<Jobs> makeTbbJobs(std::size_t threads)
+{
+    return std::make_unique<TbbJobs>(threads);
+}
+
+} // namespace isofront::core

@@ -1,0 +1,49 @@
+#include "isofront/fields/Field.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace isofront::fields {
+
+void Field::gradient(const SampleBatch& batch, GradientSpans gradients) const
+{
+    // Six samples a point, a block of points at a time so that the scratch stays in cache.
+    constexpr std::size_t kBlock = 256;
+    std::vector<double> x(6 * kBlock);
+    std::vector<double> y(6 * kBlock);
+    std::vector<double> z(6 * kBlock);
+    std::vector<double> radius(6 * kBlock);
+    std::vector<float> value(6 * kBlock);
+    std::array<double, kBlock> step{};
+
+    for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
+        const std::size_t count = std::min(kBlock, batch.size() - begin);
+        for (std::size_t i = 0; i < count; ++i) {
+            const double r = batch.radius.empty() ? 0.0 : batch.radius[begin + i];
+            step[i] = differenceStep(r);
+            for (std::size_t k = 0; k < 6; ++k) {
+                const double offset = k % 2 == 0 ? step[i] : -step[i];
+                x[6 * i + k] = batch.x[begin + i] + (k / 2 == 0 ? offset : 0.0);
+                y[6 * i + k] = batch.y[begin + i] + (k / 2 == 1 ? offset : 0.0);
+                z[6 * i + k] = batch.z[begin + i] + (k / 2 == 2 ? offset : 0.0);
+                radius[6 * i + k] = r;
+            }
+        }
+        const std::size_t samples = 6 * count;
+        sample(
+            {std::span(x).first(samples), std::span(y).first(samples), std::span(z).first(samples),
+             std::span(radius).first(samples)},
+            std::span(value).first(samples));
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto difference = [&](std::size_t k) {
+                return (double(value[6 * i + k]) - double(value[6 * i + k + 1])) / (2 * step[i]);
+            };
+            gradients.x[begin + i] = difference(0);
+            gradients.y[begin + i] = difference(2);
+            gradients.z[begin + i] = difference(4);
+        }
+    }
+}
+
+} // namespace isofront::fields
