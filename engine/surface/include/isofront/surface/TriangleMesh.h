@@ -1,0 +1,21 @@
+#pragma once
+
+#include <isofront/core/Box.h>
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace isofront::surface {
+
+/// One indexed mesh in world space, as it is exported: vertices on the borders of cells are shared.
+struct TriangleMesh {
+    std::vector<glm::dvec3> positions; ///< [world]
+    std::vector<glm::vec3> normals;    ///< unit, pointing outside, one a position
+    /// Three a triangle, counter-clockwise seen from outside.
+    std::vector<std::uint32_t> indices;
+    core::Box bounds; ///< of the positions [world]; empty if there are none
+};
+
+} // namespace isofront::surface
