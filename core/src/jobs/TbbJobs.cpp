@@ -1,5 +1,6 @@
 #include "TbbJobs.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -12,6 +13,7 @@ public:
     // One more slot than workers: the slot reserved for a calling thread that helps.
     explicit TbbJobs(std::size_t threads)
         : _threads(threads),
+          _workers(tbb::global_control::max_allowed_parallelism, threads + 1),
           _arena(static_cast<int>(threads) + 1, 1)
     {
     }
@@ -38,6 +40,7 @@ public:
 
 private:
     std::size_t _threads;
+    tbb::global_control _workers; ///< or TBB stops at the number of cores
     tbb::task_arena _arena;
     tbb::task_group _group;
 };
