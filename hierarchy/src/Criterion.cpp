@@ -35,8 +35,7 @@ double DistanceCriterion::strengthFor(int latticeSize, double pixelsPerUnit, dou
 
 ProjectedErrorCriterion::ProjectedErrorCriterion(
     ErrorEstimate estimate, double pixelsPerUnit, double pixels)
-    : _estimate(std::move(estimate)),
-      _unitsPerError(pixelsPerUnit / pixels)
+    : _estimate(std::move(estimate)), _unitsPerError(pixelsPerUnit / pixels)
 {
     ISOFRONT_ASSERT(_unitsPerError > 0, "pixels must be positive");
 }

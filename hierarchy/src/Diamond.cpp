@@ -39,8 +39,7 @@ std::optional<LatticePoint> moved(const LatticePoint& point, std::size_t axis, s
 
 } // namespace
 
-Diamond::Diamond(const LatticePoint& diamondCentre)
-    : centre(diamondCentre)
+Diamond::Diamond(const LatticePoint& diamondCentre) : centre(diamondCentre)
 {
     const int zeros = std::countr_zero(centre.x | centre.y | centre.z);
     ISOFRONT_ASSERT(zeros < kLatticeBits, "a corner of the domain is not the centre of a diamond");

@@ -17,9 +17,7 @@ constexpr double kDueNow = -1.0;
 
 Refinement::Refinement(
     Domain domain, std::shared_ptr<const Criterion> criterion, RefinementSettings settings)
-    : _domain(domain),
-      _criterion(std::move(criterion)),
-      _settings(settings),
+    : _domain(domain), _criterion(std::move(criterion)), _settings(settings),
       _stretch(domain.worldFromField.stretch())
 {
     ISOFRONT_ASSERT(_criterion != nullptr, "a refinement needs a criterion");

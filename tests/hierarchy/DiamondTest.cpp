@@ -1,9 +1,9 @@
+#include "support/Random.h"
+
 #include <isofront/hierarchy/Diamond.h>
 #include <isofront/hierarchy/Front.h>
 
 #include <gtest/gtest.h>
-
-#include "support/Random.h"
 
 #include <algorithm>
 #include <array>
@@ -133,8 +133,7 @@ TEST(Diamond, isItsChildrensParentAtEveryDepth)
             ASSERT_TRUE(
                 std::find(children.begin(), children.end(), half.spineCentre()) != children.end());
             const LatticePoints parents = parentsOf(Diamond(half.spineCentre()));
-            ASSERT_TRUE(
-                std::find(parents.begin(), parents.end(), diamond.centre) != parents.end());
+            ASSERT_TRUE(std::find(parents.begin(), parents.end(), diamond.centre) != parents.end());
             cell = half;
         }
         ASSERT_EQ(Diamond(cell.spineCentre()).level, kMaxLevel);

@@ -45,8 +45,8 @@ inline std::size_t nonConformingFaces(const hierarchy::Front& front)
     return bad;
 }
 
-/// True if the cells' volumes add up to the domain's, exactly: a cell of level L has 2^-L / 6 of it,
-/// so cells are counted by level, and pairs are carried to the level above.
+/// True if the cells' volumes add up to the domain's, exactly: a cell of level L has 2^-L / 6 of
+/// it, so cells are counted by level, and pairs are carried to the level above.
 inline bool tilesTheDomain(const hierarchy::Front& front)
 {
     std::array<std::size_t, hierarchy::kMaxLevel + 1> cells{};

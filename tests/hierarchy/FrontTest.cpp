@@ -1,9 +1,9 @@
+#include "FrontChecks.h"
+#include "support/Random.h"
+
 #include <isofront/hierarchy/Front.h>
 
 #include <gtest/gtest.h>
-
-#include "FrontChecks.h"
-#include "support/Random.h"
 
 #include <algorithm>
 #include <random>
@@ -103,9 +103,8 @@ TEST(Front, reachesTheDeepestLevelAndComesBack)
         EXPECT_LT(splits, 3000U);
         EXPECT_TRUE(front.refine(cell.spineCentre()).empty()) << "a second request does nothing";
         int deepest = 0;
-        front.forEachCell([&](const CellId&, const Tetrahedron& t) {
-            deepest = std::max(deepest, t.level);
-        });
+        front.forEachCell(
+            [&](const CellId&, const Tetrahedron& t) { deepest = std::max(deepest, t.level); });
         EXPECT_EQ(deepest, kMaxLevel);
         EXPECT_EQ(tests::nonConformingFaces(front), 0U);
         EXPECT_TRUE(tests::tilesTheDomain(front));

@@ -1,9 +1,9 @@
+#include "FrontChecks.h"
+#include "support/Random.h"
+
 #include <isofront/hierarchy/Refinement.h>
 
 #include <gtest/gtest.h>
-
-#include "FrontChecks.h"
-#include "support/Random.h"
 
 #include <cmath>
 #include <limits>
@@ -55,7 +55,8 @@ TEST(Refinement, splitsExactlyWhatTheCriterionAsksForAndItsClosure)
     auto generator = tests::random(31);
     for (int trial = 0; trial < 10; ++trial) {
         const glm::dvec3 eye(
-            tests::uniform(generator, -0.2, 1.2), tests::uniform(generator, -0.2, 1.2),
+            tests::uniform(generator, -0.2, 1.2),
+            tests::uniform(generator, -0.2, 1.2),
             tests::uniform(generator, -0.2, 1.2));
         Refinement refinement = distanceRefinement(1.5, 24);
         refinement.update(viewFrom(eye), kUnlimited);
@@ -67,7 +68,8 @@ TEST(Refinement, splitsExactlyWhatTheCriterionAsksForAndItsClosure)
             changed = false;
             for (const LatticePoint& centre : tests::splittable(expected)) {
                 const Diamond diamond(centre);
-                const glm::dvec3 c = glm::dvec3(centre.x, centre.y, centre.z) / double(kLatticeEdge);
+                const glm::dvec3 c =
+                    glm::dvec3(centre.x, centre.y, centre.z) / double(kLatticeEdge);
                 const double distance =
                     std::max(0.0, glm::distance(c, eye) - diamond.radius() / kLatticeEdge);
                 if (diamond.level < 24 && distance < criterion.refineDistance(diamond)) {
@@ -94,7 +96,8 @@ TEST(Refinement, ignoresAViewerWhoWaversWithinTheHysteresis)
 {
     const auto operationsWith = [](double hysteresis) {
         Refinement refinement(
-            Domain{}, std::make_shared<DistanceCriterion>(1.0, 2.0),
+            Domain{},
+            std::make_shared<DistanceCriterion>(1.0, 2.0),
             {.maxLevel = 24, .hysteresis = hysteresis});
         const glm::dvec3 a(0.401, 0.503, 0.607);
         const glm::dvec3 b = a + glm::dvec3(0.0008, 0.0006, -0.0004);
@@ -174,9 +177,8 @@ TEST(Refinement, stopsAtTheLevelCapWithTheViewerOnALatticePoint)
     Refinement refinement = distanceRefinement(1.0, kMaxLevel);
     refinement.update(viewFrom({0.5, 0.5, 0.5}), kUnlimited);
     int deepest = 0;
-    refinement.front().forEachCell([&](const CellId&, const Tetrahedron& cell) {
-        deepest = std::max(deepest, cell.level);
-    });
+    refinement.front().forEachCell(
+        [&](const CellId&, const Tetrahedron& cell) { deepest = std::max(deepest, cell.level); });
     EXPECT_EQ(deepest, kMaxLevel);
     EXPECT_EQ(tests::nonConformingFaces(refinement.front()), 0U);
 }

@@ -12,8 +12,7 @@ class TbbJobs final : public Jobs {
 public:
     // One more slot than workers: the slot reserved for a calling thread that helps.
     explicit TbbJobs(std::size_t threads)
-        : _threads(threads),
-          _workers(tbb::global_control::max_allowed_parallelism, threads + 1),
+        : _threads(threads), _workers(tbb::global_control::max_allowed_parallelism, threads + 1),
           _arena(static_cast<int>(threads) + 1, 1)
     {
     }
@@ -28,9 +27,8 @@ public:
     }
     void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) override
     {
-        _arena.execute([&] {
-            tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); });
-        });
+        _arena.execute(
+            [&] { tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); }); });
     }
     void wait() override
     {

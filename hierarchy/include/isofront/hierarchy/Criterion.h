@@ -73,10 +73,7 @@ private:
 /// The same level everywhere.
 class UniformCriterion final : public Criterion {
 public:
-    explicit UniformCriterion(int level)
-        : _level(level)
-    {
-    }
+    explicit UniformCriterion(int level) : _level(level) {}
     [[nodiscard]] double refineDistance(const Diamond& diamond) const override
     {
         return diamond.level < _level ? kAlways : kNever;

@@ -23,11 +23,11 @@ struct Diamond {
     explicit Diamond(const LatticePoint& diamondCentre);
 
     LatticePoint centre;
-    int level = 0;               ///< of its tetrahedra
-    std::uint32_t halfEdge = 0;  ///< h [lattice units]: half the edge of the cubes of this level
-    std::array<bool, 3> odd{};   ///< axes along which the spine runs: 3 - class of them
-    LatticePoint spineBegin;     ///< corner 0 of each tetrahedron
-    LatticePoint spineFinish;    ///< the other end of the spine
+    int level = 0;              ///< of its tetrahedra
+    std::uint32_t halfEdge = 0; ///< h [lattice units]: half the edge of the cubes of this level
+    std::array<bool, 3> odd{};  ///< axes along which the spine runs: 3 - class of them
+    LatticePoint spineBegin;    ///< corner 0 of each tetrahedron
+    LatticePoint spineFinish;   ///< the other end of the spine
 
     [[nodiscard]] int congruenceClass() const { return level % 3; }
     /// Radius of the sphere around the centre that holds all tetrahedra [lattice units].

@@ -44,8 +44,10 @@ struct RefinementSettings {
 /// Thread: one at a time.
 class Refinement {
 public:
-    Refinement(Domain domain, std::shared_ptr<const Criterion> criterion,
-               RefinementSettings settings = {});
+    Refinement(
+        Domain domain,
+        std::shared_ptr<const Criterion> criterion,
+        RefinementSettings settings = {});
 
     /// Follows the viewer. A view that is not valid is refused: nothing changes, and it is counted.
     /// @return the splits and merges made, in order

@@ -21,10 +21,7 @@ struct Tetrahedron {
     bool operator==(const Tetrahedron&) const = default;
 
     /// Which corner ends the longest edge that `corner[0]` begins.
-    [[nodiscard]] std::size_t spineEnd() const
-    {
-        return 3 - static_cast<std::size_t>(level % 3);
-    }
+    [[nodiscard]] std::size_t spineEnd() const { return 3 - static_cast<std::size_t>(level % 3); }
     /// The centre of the longest edge, by which the tetrahedron's diamond is named.
     [[nodiscard]] LatticePoint spineCentre() const;
     /// The two halves. Not for the deepest level (asserted).

@@ -17,8 +17,7 @@ using hierarchy::CellIdHash;
 class ShownCell {
 public:
     ShownCell(CellId cellId, std::shared_ptr<const extractor::CellMesh> cellMesh)
-        : id(cellId),
-          _mesh(std::move(cellMesh))
+        : id(cellId), _mesh(std::move(cellMesh))
     {
     }
     CellId id;
