@@ -30,6 +30,12 @@ bool Front::isKnown(const LatticePoint& diamond) const
     return _nodes.contains(diamond);
 }
 
+bool Front::hasCell(const CellId& id) const
+{
+    const auto found = _nodes.find(id.spine);
+    return found != _nodes.end() && (found->second.present >> id.index & 1U) != 0;
+}
+
 bool Front::isMergeable(const LatticePoint& diamond) const
 {
     if (!isSplit(diamond))

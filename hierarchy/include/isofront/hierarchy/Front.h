@@ -28,6 +28,7 @@ public:
     [[nodiscard]] bool isComplete(const LatticePoint& diamond) const;
     /// True if some tetrahedron of the diamond is a cell of the front, or it is split.
     [[nodiscard]] bool isKnown(const LatticePoint& diamond) const;
+    [[nodiscard]] bool hasCell(const CellId& id) const;
     /// True if the diamond is split and none of its children is.
     [[nodiscard]] bool isMergeable(const LatticePoint& diamond) const;
 

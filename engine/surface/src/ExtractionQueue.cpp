@@ -1,0 +1,130 @@
+#include "ExtractionQueue.h"
+
+#include <isofront/hierarchy/Diamond.h>
+
+#include <utility>
+
+namespace isofront::surface {
+
+ExtractionQueue::ExtractionQueue(
+    std::shared_ptr<const extractor::CellExtractor> extractor, std::shared_ptr<core::Jobs> jobs)
+    : _extractor(std::move(extractor)),
+      _jobs(std::move(jobs))
+{
+}
+
+ExtractionQueue::~ExtractionQueue()
+{
+    std::unique_lock lock(_mutex);
+    for (auto& [id, entry] : _entries) {
+        entry.wanted = false;
+        if (entry.cancelled)
+            entry.cancelled->store(true, std::memory_order_relaxed);
+    }
+    _queue = {};
+    _workerLeft.wait(lock, [this] { return _workers == 0; });
+}
+
+void ExtractionQueue::request(const std::vector<Request>& requests)
+{
+    {
+        const std::lock_guard lock(_mutex);
+        for (const Request& request : requests) {
+            Entry& entry = _entries[request.id];
+            entry.wanted = true;
+            if (entry.running) {
+                entry.cancelled->store(false, std::memory_order_relaxed);
+                continue;
+            }
+            entry.urgency = request.urgency;
+            _queue.push({request.urgency, request.id});
+        }
+        // stale entries are dropped when they come up; before they pile up, all of them
+        if (_queue.size() > 1024 && _queue.size() > 4 * _entries.size()) {
+            _queue = {};
+            for (const auto& [id, entry] : _entries)
+                if (entry.wanted && !entry.running)
+                    _queue.push({entry.urgency, id});
+        }
+    }
+    startWorkers();
+}
+
+void ExtractionQueue::cancel(const std::vector<hierarchy::CellId>& ids)
+{
+    const std::lock_guard lock(_mutex);
+    for (const hierarchy::CellId& id : ids) {
+        const auto found = _entries.find(id);
+        if (found == _entries.end())
+            continue;
+        if (found->second.running) {
+            found->second.wanted = false;
+            found->second.cancelled->store(true, std::memory_order_relaxed);
+        } else {
+            _entries.erase(found);
+        }
+    }
+}
+
+std::vector<ExtractionQueue::Finished> ExtractionQueue::takeFinished()
+{
+    const std::lock_guard lock(_mutex);
+    return std::exchange(_finished, {});
+}
+
+std::size_t ExtractionQueue::pending() const
+{
+    const std::lock_guard lock(_mutex);
+    return _entries.size();
+}
+
+void ExtractionQueue::startWorkers()
+{
+    std::size_t starting = 0;
+    {
+        const std::lock_guard lock(_mutex);
+        while (_workers < _jobs->concurrency() && _workers < _entries.size()) {
+            ++_workers;
+            ++starting;
+        }
+    }
+    for (std::size_t i = 0; i < starting; ++i)
+        _jobs->submit([this] { work(); });
+}
+
+void ExtractionQueue::work()
+{
+    std::unique_lock lock(_mutex);
+    while (!_queue.empty()) {
+        const Queued next = _queue.top();
+        _queue.pop();
+        const auto found = _entries.find(next.id);
+        if (found == _entries.end() || found->second.running ||
+            found->second.urgency != next.urgency)
+            continue;
+        found->second.running = true;
+        found->second.cancelled = std::make_shared<std::atomic<bool>>(false);
+        const std::shared_ptr<std::atomic<bool>> cancelled = found->second.cancelled;
+
+        lock.unlock();
+        auto mesh =
+            _extractor->extract(hierarchy::tetrahedronOf(next.id), nullptr, cancelled.get());
+        lock.lock();
+
+        Entry& entry = _entries.at(next.id);
+        if (entry.wanted && !mesh) {
+            // taken back, abandoned and asked for again, all while it ran
+            entry.running = false;
+            _queue.push({entry.urgency, next.id});
+            continue;
+        }
+        if (entry.wanted)
+            _finished.push_back(
+                {next.id, std::make_shared<const extractor::CellMesh>(std::move(*mesh))});
+        _entries.erase(next.id);
+    }
+    --_workers;
+    _workerLeft.notify_all();
+}
+
+} // namespace isofront::surface

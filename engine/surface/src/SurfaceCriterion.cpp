@@ -1,0 +1,68 @@
+#include "isofront/surface/SurfaceCriterion.h"
+
+#include <algorithm>
+
+namespace isofront::surface {
+
+namespace {
+
+/// More diamonds than any front holds; beyond it the memory is given back and filled anew.
+constexpr std::size_t kMostKnown = std::size_t{1} << 20U;
+
+} // namespace
+
+double expectedError(int level, int latticeSize, const hierarchy::Domain& domain)
+{
+    return kErrorPerStep * hierarchy::axisStep(level, latticeSize) * domain.edge *
+           domain.worldFromField.stretch();
+}
+
+double WhereSurface::refineDistance(const hierarchy::Diamond& diamond) const
+{
+    const double distance = _criterion->refineDistance(diamond);
+    return distance > 0 && provesEmpty(diamond) ? hierarchy::kNever : distance;
+}
+
+bool WhereSurface::provesEmpty(const hierarchy::Diamond& diamond) const
+{
+    if (const auto found = _known.find(diamond.centre); found != _known.end())
+        return found->second;
+    // a diamond fills part of the cube of half edge h around its centre, cut by the domain
+    const hierarchy::Domain& domain = _extractor->domain();
+    core::Box box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double centre = diamond.centre[axis];
+        const double low = std::max(centre - diamond.halfEdge, 0.0);
+        const double high = std::min(centre + diamond.halfEdge, double(hierarchy::kLatticeEdge));
+        box.low[axis] = domain.origin[axis] + domain.latticeUnit() * low;
+        box.high[axis] = domain.origin[axis] + domain.latticeUnit() * high;
+    }
+    const bool empty = _extractor->provesEmpty(box);
+    if (_known.size() >= kMostKnown)
+        _known.clear();
+    _known.emplace(diamond.centre, empty);
+    return empty;
+}
+
+std::shared_ptr<const hierarchy::Criterion> viewCriterion(
+    const std::shared_ptr<const extractor::CellExtractor>& extractor,
+    double pixelsPerUnit,
+    double pixels)
+{
+    const auto estimate = [extractor](const hierarchy::Diamond& diamond) {
+        return expectedError(
+            diamond.level, extractor->settings().latticeSize, extractor->domain());
+    };
+    return std::make_shared<WhereSurface>(
+        std::make_shared<hierarchy::ProjectedErrorCriterion>(estimate, pixelsPerUnit, pixels),
+        extractor);
+}
+
+std::shared_ptr<const hierarchy::Criterion> levelCriterion(
+    const std::shared_ptr<const extractor::CellExtractor>& extractor, int level)
+{
+    return std::make_shared<WhereSurface>(
+        std::make_shared<hierarchy::UniformCriterion>(level), extractor);
+}
+
+} // namespace isofront::surface
