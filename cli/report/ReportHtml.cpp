@@ -1,5 +1,5 @@
-// The charts follow Scholz, Bender, Dachsbacher, "Real-time isosurface extraction with
-// view-dependent level of detail and applications", Fig. 12: frame time and triangles over a
+// The charts follow Scholz, Bender, Dachsbacher, "Real-Time Isosurface Extraction with
+// View-Dependent Level of Detail and Applications", Fig. 12: frame time and triangles over a
 // flight.
 
 #include "report/FlightReport.h"
@@ -35,7 +35,7 @@ h2 { font-size: 1.05rem; margin: 0 0 4px; }
 p { margin: 0; } .what { color: var(--faint); margin-bottom: 20px; overflow-wrap: anywhere; }
 section { background: var(--card); border: 1px solid var(--line); border-radius: 10px;
   padding: 16px; margin-top: 16px; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 12px; }
+.tiles { display: grid; grid-template-columns: repeat(3, 1fr); gap: 12px; }
 .tile { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 12px 14px; }
 .tile b { display: block; font-size: 1.45rem; font-weight: 600; line-height: 1.2;
   font-variant-numeric: tabular-nums; white-space: nowrap; }
@@ -46,10 +46,10 @@ section { background: var(--card); border: 1px solid var(--line); border-radius:
   vertical-align: middle; margin-right: 7px; background: var(--colour); }
 video, img { display: block; width: 100%; height: auto; border-radius: 6px; margin-top: 8px; }
 svg { display: block; width: 100%; height: auto; }
-svg.narrow, .narrow svg { display: none; }
 .narrow { display: none; }
-@media (max-width: 640px) { .wide { display: none; } .narrow, .narrow svg { display: block; }
-  .tiles { grid-template-columns: 1fr 1fr; } section { padding: 12px; } }
+@media (max-width: 640px) { .wide { display: none; } .narrow { display: block; }
+  .tiles { grid-template-columns: 1fr 1fr; }
+  .tile:last-child:nth-child(odd) { grid-column: 1 / -1; } section { padding: 12px; } }
 text { font-size: 12px; fill: var(--faint); font-variant-numeric: tabular-nums; }
 .grid { stroke: var(--line); stroke-width: 1; } .axis { stroke: var(--faint); stroke-width: 1; }
 .curve { fill: none; stroke: var(--colour); stroke-width: 1.6; stroke-linejoin: round;
@@ -138,7 +138,7 @@ std::string tilesHtml(const FlightSummary& summary, std::size_t frames)
                "processor time of the median frame") +
            tile(
                millisecondsText(summary.cpuMilliseconds.p99) + " ms",
-               "that 99 % of the frames stay below") +
+               "processor time that 99 % of the frames stay below") +
            tile(
                std::isfinite(summary.gpuMilliseconds.p50)
                    ? millisecondsText(summary.gpuMilliseconds.p50) + " ms"
@@ -238,12 +238,13 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
         {"device", "b", charts.values([](const auto& f) { return f.gpuMilliseconds; })},
         {"triangles", "c", charts.counts(&FrameRecord::triangles), true}};
 
-    Chart cells = charts.chart("Cells", "cells a frame");
+    Chart cells = charts.chart("Cells", "cells a frame, logarithmic");
     cells.series = {
         {"proved empty and skipped", "c", charts.counts(&FrameRecord::cellsSkipped)},
         {"extracted", "a", charts.counts(&FrameRecord::cellsExtracted)},
         {"from the cache", "b", charts.counts(&FrameRecord::cellsFromCache)},
         {"still pending", "d", charts.counts(&FrameRecord::cellsPending)}};
+    cells.isLogarithmic = true;
 
     const ByteUnit memoryUnit = byteUnitFor(static_cast<double>(std::max(
         {summary.maxResidentBytes,

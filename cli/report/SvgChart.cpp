@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <utility>
 
 namespace isofront::cli {
 
@@ -21,10 +22,13 @@ std::string coordinate(double value)
 struct Scale {
     double low = 0, high = 1;     // data
     double atLow = 0, atHigh = 1; // [px]
+    bool isLogarithmic = false;
 
     [[nodiscard]] double operator()(double value) const
     {
-        return atLow + (value - low) / (high - low) * (atHigh - atLow);
+        const double share = isLogarithmic ? std::log10(1 + value) / std::log10(1 + high)
+                                           : (value - low) / (high - low);
+        return atLow + share * (atHigh - atLow);
     }
 };
 
@@ -44,9 +48,16 @@ Axis valueAxis(const Chart& chart, bool onRight, double bottom, double top, int 
                     greatest = std::max(greatest, value);
     if (greatest <= 0)
         greatest = 1;
+    if (chart.isLogarithmic && !onRight) {
+        Ticks powers{1, {0}};
+        for (double power = 1; powers.values.back() < greatest; power *= 10)
+            powers.values.push_back(power);
+        const double high = powers.values.back();
+        return {std::move(powers), {0, high, bottom, top, true}};
+    }
     const double step = roundTicks(0, greatest, wanted).step;
     const double high = step * std::ceil(greatest / step - 1e-9);
-    return {roundTicks(0, high, wanted), {0, high, bottom, top}};
+    return {roundTicks(0, high, wanted), {0, high, bottom, top, false}};
 }
 
 using Point = std::pair<double, double>; // [px]
@@ -118,7 +129,7 @@ Ticks roundTicks(double low, double high, int wanted)
     // an end by rounding alone belongs to it.
     const double slack = 1e-9;
     for (double i = std::ceil(low / ticks.step - slack); i <= high / ticks.step + slack; ++i)
-        ticks.values.push_back(i * ticks.step);
+        ticks.values.push_back(i * ticks.step + 0.0); // no negative zero
     return ticks;
 }
 
@@ -140,7 +151,7 @@ std::string tickLabel(double value, double step)
         std::clamp(static_cast<int>(std::ceil(-std::log10(step / unit) - 1e-9)), 0, 9);
     std::array<char, 64> text{};
     (void)std::snprintf(
-        text.data(), text.size(), "%.*f%s", value == 0 ? 0 : decimals, value / unit, suffix);
+        text.data(), text.size(), "%.*f%s", value == 0 ? 0 : decimals, value / unit + 0.0, suffix);
     return text.data();
 }
 
@@ -186,7 +197,7 @@ std::string svgOf(const Chart& chart, int width, int height)
     const Axis rightAxis = valueAxis(chart, true, bottom, top, wantedRows);
     const double first = chart.x.empty() ? 0 : chart.x.front();
     const double last = chart.x.empty() || chart.x.back() <= first ? first + 1 : chart.x.back();
-    const Scale across{first, last, left, right};
+    const Scale across{first, last, left, right, false};
 
     std::string svg = "<svg viewBox=\"0 0 " + std::to_string(width) + " " + std::to_string(height) +
                       "\" width=\"" + std::to_string(width) + "\" height=\"" +

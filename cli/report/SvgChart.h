@@ -23,6 +23,8 @@ struct Chart {
     std::vector<double> x;  ///< ascending
     /// Each as long as `x`. What is not finite interrupts the curve.
     std::vector<ChartSeries> series;
+    /// The left axis shows log10(1 + value): for counts of which a few are very large.
+    bool isLogarithmic = false;
 };
 
 /// Where the marks of an axis lie.

@@ -129,6 +129,26 @@ TEST(SvgChart, drawsWithoutDataOrSpread)
     }
 }
 
+TEST(SvgChart, showsLargeAndSmallCountsOnALogarithmicAxis)
+{
+    Chart chart = chartOf({0, 9, 99, 999, 0});
+    chart.isLogarithmic = true;
+    const std::string svg = svgOf(chart, 400, 300);
+    for (const char* tick : {">0<", ">1<", ">10<", ">100<", ">1000<"})
+        EXPECT_NE(svg.find(tick), std::string::npos) << tick;
+    const auto line = strokes(svg, "a").at(0);
+    EXPECT_EQ(line.at(0).second, 260);
+    // Powers of ten lie evenly, up to the one that log(1 + 1000) adds.
+    for (std::size_t i = 1; i < 4; ++i)
+        EXPECT_NEAR(line.at(i).second, 260 - 78.0 * static_cast<double>(i), 0.3);
+}
+
+TEST(SvgChart, labelsZeroWithoutASign)
+{
+    EXPECT_EQ(svgOf(chartOf({0, 1, 2}), 400, 300).find("-0"), std::string::npos);
+    EXPECT_EQ(tickLabel(-0.0, 1), "0");
+}
+
 TEST(SvgChart, measuresTheRightAxisByItself)
 {
     Chart chart = chartOf({1, 2});
