@@ -206,7 +206,13 @@ std::string svgOf(const Chart& chart, int width, int height)
     for (const double tick : leftAxis.ticks.values) {
         const double y = leftAxis.scale(tick);
         svg += lineAt(left, y, right, y, tick == 0 ? "axis" : "grid") +
-               textAt(left - 7, y + 4, "end", "tick", tickLabel(tick, leftAxis.ticks.step)) + "\n";
+               textAt(
+                   left - 7,
+                   y + 4,
+                   "end",
+                   "tick",
+                   tickLabel(tick, leftAxis.scale.isLogarithmic ? tick : leftAxis.ticks.step)) +
+               "\n";
     }
     if (hasRight)
         for (const double tick : rightAxis.ticks.values) {

@@ -194,7 +194,7 @@ core::Result<void> writeGlb(const MeshJob& job)
     glm::dvec3 translation(0);
     std::uint64_t binaryBytes = 0;
     if (!mesh.isEmpty()) {
-        constexpr double kMost = std::numeric_limits<float>::max();
+        constexpr auto kMost = static_cast<double>(std::numeric_limits<float>::max());
         const glm::dvec3 size = 0.5 * mesh.bounds().high - 0.5 * mesh.bounds().low;
         const glm::dvec3 furthest =
             glm::max(glm::abs(mesh.bounds().low), glm::abs(mesh.bounds().high));

@@ -46,7 +46,7 @@ core::Result<void> writeStl(const MeshJob& job)
         const glm::dvec3 furthest =
             glm::max(glm::abs(mesh.bounds().low), glm::abs(mesh.bounds().high));
         if (std::max({furthest.x, furthest.y, furthest.z}) >
-            double{std::numeric_limits<float>::max()})
+            static_cast<double>(std::numeric_limits<float>::max()))
             return core::failure(
                 core::ErrorCode::badData,
                 "its coordinates are too large for STL, which stores floats; write .ply or .obj");
