@@ -20,7 +20,8 @@ public:
                .amplitude = settings.amplitude,
                .lacunarity = settings.lacunarity,
                .gain = settings.gain},
-              settings.seed, settings.filterStrength)),
+              settings.seed,
+              settings.filterStrength)),
           _shortest(
               settings.wavelength / std::pow(settings.lacunarity, double(settings.octaves - 1)))
     {

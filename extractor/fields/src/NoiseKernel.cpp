@@ -1,13 +1,14 @@
 #include "NoiseKernel.h"
 
+// This file includes itself once for each instruction set; the order matters.
+// clang-format off
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "NoiseKernel.cpp"
 #include <hwy/foreach_target.h>
-
 #include <hwy/highway.h>
-
 #include "simd/Batch-inl.h"
 #include "simd/Noise-inl.h"
+// clang-format on
 
 HWY_BEFORE_NAMESPACE();
 namespace isofront::fields::HWY_NAMESPACE {
@@ -26,8 +27,7 @@ struct Fractal {
 
 } // namespace
 
-void sampleFractalOn(
-    std::span<const SpaceOctave> octaves, const SampleBatch& batch, float* values)
+void sampleFractalOn(std::span<const SpaceOctave> octaves, const SampleBatch& batch, float* values)
 {
     sampleBatch(Fractal{octaves}, batch, values);
 }

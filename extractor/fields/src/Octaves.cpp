@@ -20,8 +20,8 @@ constexpr double kOffsetRange = 1024.0;
 
 } // namespace
 
-std::vector<SpaceOctave> spaceOctaves(
-    const FractalSettings& settings, std::uint64_t seed, double filterStrength)
+std::vector<SpaceOctave>
+spaceOctaves(const FractalSettings& settings, std::uint64_t seed, double filterStrength)
 {
     std::vector<SpaceOctave> octaves;
     double frequency = 1.0 / settings.wavelength;
@@ -35,8 +35,8 @@ std::vector<SpaceOctave> spaceOctaves(
                 kOffsetRange * unitNumber(core::hashCombined(key, std::uint64_t(axis) + 1));
         }
         octave.amplitude = static_cast<float>(amplitude);
-        octave.filterCycles = static_cast<float>(
-            filterStrength * std::max(frequency, frequency * settings.stretch));
+        octave.filterCycles =
+            static_cast<float>(filterStrength * std::max(frequency, frequency * settings.stretch));
         octave.seed = static_cast<std::uint32_t>(core::hashCombined(key, 7));
         octaves.push_back(octave);
         frequency *= settings.lacunarity;
@@ -45,8 +45,8 @@ std::vector<SpaceOctave> spaceOctaves(
     return octaves;
 }
 
-std::vector<PlaneOctave> planeOctaves(
-    const FractalSettings& settings, std::uint64_t seed, double filterStrength)
+std::vector<PlaneOctave>
+planeOctaves(const FractalSettings& settings, std::uint64_t seed, double filterStrength)
 {
     // 3 / 5 and 4 / 5 turn by 36.87 degrees, no rational part of a circle, and need no sine.
     constexpr double kCosine = 0.8;

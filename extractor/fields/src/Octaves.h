@@ -27,7 +27,7 @@ struct PlaneOctave {
 
 /// How the octaves of a fractal sum follow from one another.
 struct FractalSettings {
-    double wavelength = 1;   ///< of the first octave [field]
+    double wavelength = 1; ///< of the first octave [field]
     int octaves = 1;
     double amplitude = 1;    ///< of the first octave
     double lacunarity = 2.0; ///< frequency of an octave over that of the one before
@@ -36,17 +36,18 @@ struct FractalSettings {
 };
 
 /// @param filterStrength  kappa of the octaves' weights
-std::vector<SpaceOctave> spaceOctaves(
-    const FractalSettings& settings, std::uint64_t seed, double filterStrength);
+std::vector<SpaceOctave>
+spaceOctaves(const FractalSettings& settings, std::uint64_t seed, double filterStrength);
 
 /// Each octave is turned against the one before, so that no direction of the lattice stands out.
-std::vector<PlaneOctave> planeOctaves(
-    const FractalSettings& settings, std::uint64_t seed, double filterStrength);
+std::vector<PlaneOctave>
+planeOctaves(const FractalSettings& settings, std::uint64_t seed, double filterStrength);
 
 /// What gradient noise can't exceed, whatever gradients its corners carry: the largest magnitude,
 /// slope and second derivative (spectral norm), in lattice coordinates. The maxima over all
-/// positions, directions and choices of gradients are 1.0364, 3.7500 and 14.466 in space and 0.6609,
-/// 2.0672 and 8.9773 in the plane; here with two per cent to spare. A test searches for them again.
+/// positions, directions and choices of gradients are 1.0364, 3.7500 and 14.466 in space and
+/// 0.6609, 2.0672 and 8.9773 in the plane; here with two per cent to spare. A test searches for
+/// them again.
 struct NoiseLimits {
     float magnitude;
     float slope;

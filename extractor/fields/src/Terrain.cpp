@@ -27,8 +27,7 @@ FractalSettings fractal(const TerrainOctaves& settings)
 class Drawing {
 public:
     Drawing(std::uint64_t seed, double filterStrength)
-        : _seed(core::mixed(seed)),
-          _filterStrength(filterStrength)
+        : _seed(core::mixed(seed)), _filterStrength(filterStrength)
     {
     }
 
@@ -95,8 +94,7 @@ TunnelProgram tunnelOf(const TunnelSettings& settings, Drawing& drawing)
     tunnel.radius = static_cast<float>(settings.radius);
     tunnel.radiusVariation = static_cast<float>(settings.radiusVariation);
     tunnel.depth = static_cast<float>(settings.depth);
-    tunnel.closingCycles =
-        static_cast<float>(drawing.filterStrength() / (4.0 * settings.radius));
+    tunnel.closingCycles = static_cast<float>(drawing.filterStrength() / (4.0 * settings.radius));
     return tunnel;
 }
 
@@ -129,9 +127,12 @@ TerrainProgram programOf(const TerrainPreset& preset, std::uint64_t seed, double
 
     for (const IslandLevel& level : preset.islands)
         program.islands.push_back(
-            {drawing.plane(level.shape), drawing.plane(level.elevation),
-             static_cast<float>(level.altitude), static_cast<float>(level.threshold),
-             static_cast<float>(level.top), static_cast<float>(level.bottom)});
+            {drawing.plane(level.shape),
+             drawing.plane(level.elevation),
+             static_cast<float>(level.altitude),
+             static_cast<float>(level.threshold),
+             static_cast<float>(level.top),
+             static_cast<float>(level.bottom)});
 
     program.fine = detailOf(drawing.space(preset.fine), 0.0);
     const double fineReach = program.fine.empty() ? 0.0 : double(program.fine.front().remaining);
@@ -142,8 +143,7 @@ TerrainProgram programOf(const TerrainPreset& preset, std::uint64_t seed, double
     }
     program.crags = detailOf(std::move(crags), fineReach);
     program.cragLeast = static_cast<float>(preset.cragLeast);
-    program.cragMask =
-        drawing.plane({.wavelength = 3100, .octaves = 1, .amplitude = 1}).front();
+    program.cragMask = drawing.plane({.wavelength = 3100, .octaves = 1, .amplitude = 1}).front();
     for (const TunnelSettings& settings : preset.tunnels)
         program.tunnels.push_back(tunnelOf(settings, drawing));
 
@@ -157,8 +157,8 @@ TerrainProgram programOf(const TerrainPreset& preset, std::uint64_t seed, double
         for (const PlaneOctave& octave : program.ridges)
             ridges += double(octave.amplitude);
         low = mountains.floor - hills;
-        high = std::max(mountains.base + (1.0 - double(kRidgeMean)) * ridges,
-                        mountains.floor + hills) +
+        high = std::max(
+                   mountains.base + (1.0 - double(kRidgeMean)) * ridges, mountains.floor + hills) +
                3.0 * preset.rounding;
         break;
     }
@@ -227,8 +227,8 @@ core::Result<TerrainPreset> terrainPreset(const std::string& name)
         "there is no terrain preset '" + name + "'; choose one of " + names);
 }
 
-std::shared_ptr<const Field> terrain(
-    const TerrainPreset& preset, std::uint64_t seed, double filterStrength)
+std::shared_ptr<const Field>
+terrain(const TerrainPreset& preset, std::uint64_t seed, double filterStrength)
 {
     return std::make_shared<Terrain>(preset, seed, filterStrength);
 }
@@ -244,7 +244,7 @@ std::shared_ptr<const Field> terrain(const TerrainSettings& settings)
 {
     const core::Result<std::shared_ptr<const Field>> made = makeTerrain(settings);
     ISOFRONT_ASSERT(made.has_value(), "there is no terrain preset '" + settings.preset + "'");
-    return *made;
+    return made.value_or(nullptr);
 }
 
 double surfaceHeight(const Field& field, const core::Box& box, double x, double y, double step)

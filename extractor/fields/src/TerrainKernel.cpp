@@ -1,13 +1,14 @@
 #include "TerrainProgram.h"
 
+// This file includes itself once for each instruction set; the order matters.
+// clang-format off
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "TerrainKernel.cpp"
 #include <hwy/foreach_target.h>
-
 #include <hwy/highway.h>
-
 #include "simd/Batch-inl.h"
 #include "simd/Noise-inl.h"
+// clang-format on
 
 HWY_BEFORE_NAMESPACE();
 namespace isofront::fields::HWY_NAMESPACE {
@@ -23,8 +24,8 @@ HWY_INLINE N sumOf(const std::vector<Octave>& octaves, const Point<N>& p, const 
 /// Ridges: each octave is sharp where its noise is zero, and only ridges carry further ridges, so
 /// that valleys stay smooth.
 /// Based on: Musgrave, Kolb, Mace, "The synthesis and rendering of eroded fractal terrains" (1989),
-/// and Musgrave's ridged multifractal in "Texturing and Modeling". Differs: an octave is taken about
-/// its mean, so that the filter takes its shape away and leaves the height.
+/// and Musgrave's ridged multifractal in "Texturing and Modeling". Differs: an octave is taken
+/// about its mean, so that the filter takes its shape away and leaves the height.
 template <typename N>
 HWY_INLINE N ridged(const TerrainProgram& t, const Point<N>& p, const Radius& radius)
 {
@@ -64,8 +65,7 @@ HWY_INLINE N canyons(const TerrainProgram& t, const Point<N>& p, const Radius& r
     const N wall = smoothStep(river, c.innerBegin, c.innerEnd) * c.innerShare +
                    smoothStep(river, c.outerBegin, c.outerEnd) * (1.0F - c.innerShare);
     const N cut = (1.0F - smoothStep(side, c.sideBegin, c.sideEnd)) * c.sideShare;
-    const N height =
-        wall * (1.0F - cut) * c.depth + sumOf(t.hills, p, radius) + c.floor;
+    const N height = wall * (1.0F - cut) * c.depth + sumOf(t.hills, p, radius) + c.floor;
     return (height - asNumber(p.z)) * t.valuePerMetre;
 }
 
@@ -89,7 +89,10 @@ HWY_INLINE N floatingIslands(const TerrainProgram& t, const Point<N>& p, const R
 /// this and all later octaves can't change its sign: there it costs nothing.
 template <typename N>
 HWY_INLINE N detailed(
-    N value, const std::vector<DetailOctave>& octaves, const N& strength, const Point<N>& p,
+    N value,
+    const std::vector<DetailOctave>& octaves,
+    const N& strength,
+    const Point<N>& p,
     const Radius& radius)
 {
     for (const DetailOctave& octave : octaves) {
@@ -108,7 +111,10 @@ HWY_INLINE N detailed(
 /// no tunnel could lower it further, nor where it is deep below all tunnels.
 template <typename N>
 HWY_INLINE N tunnelled(
-    const TerrainProgram& t, const TunnelProgram& tunnel, const N& value, const Point<N>& p,
+    const TerrainProgram& t,
+    const TunnelProgram& tunnel,
+    const N& value,
+    const Point<N>& p,
     const Radius& radius)
 {
     const N open = weight<N>(radius, tunnel.closingCycles) * 1.25F - 0.25F;
@@ -116,12 +122,11 @@ HWY_INLINE N tunnelled(
     const float far = 3.0F * widest;
     // Inside the layer between: 1, elsewhere 0; the joins below make both ends exact.
     const N above = smoothStep(value, -widest - t.rounding, -widest - t.rounding + 1.0F);
-    const N under = 1.0F - smoothStep(
-                               value, tunnel.depth + far + t.rounding,
-                               tunnel.depth + far + t.rounding + 1.0F);
+    const N under =
+        1.0F -
+        smoothStep(value, tunnel.depth + far + t.rounding, tunnel.depth + far + t.rounding + 1.0F);
     if (vanishes(above * under))
-        return smoothLeast(
-            value, most(fromConstant<N>(far), value - tunnel.depth), t.rounding);
+        return smoothLeast(value, most(fromConstant<N>(far), value - tunnel.depth), t.rounding);
     const N a = noiseAt(tunnel.first, p) * tunnel.metresPerUnit;
     const N b = noiseAt(tunnel.second, p) * tunnel.metresPerUnit;
     const N wide =
@@ -145,8 +150,7 @@ struct Terrain {
                                                    : floatingIslands(t, warped, radius);
         if (!t.crags.empty()) {
             const N mask = smoothStep(noiseAt(t.cragMask, p), -0.3F, 0.3F);
-            value = detailed(
-                value, t.crags, mask * (1.0F - t.cragLeast) + t.cragLeast, p, radius);
+            value = detailed(value, t.crags, mask * (1.0F - t.cragLeast) + t.cragLeast, p, radius);
         }
         for (const TunnelProgram& tunnel : t.tunnels)
             value = tunnelled(t, tunnel, value, p, radius);
@@ -168,8 +172,8 @@ void gradientTerrainOn(
     gradientBatch(Terrain{program}, batch, gradients);
 }
 
-core::Interval boundTerrainOn(
-    const TerrainProgram& program, const core::Box& box, const core::Interval& radius)
+core::Interval
+boundTerrainOn(const TerrainProgram& program, const core::Box& box, const core::Interval& radius)
 {
     // Rounding: heights of some kilometres in float, and a few dozen operations.
     return boundsOver(Terrain{program}, box, radius, 0.02);
@@ -185,8 +189,7 @@ HWY_EXPORT(sampleTerrainOn);
 HWY_EXPORT(gradientTerrainOn);
 HWY_EXPORT(boundTerrainOn);
 
-void sampleTerrain(
-    const TerrainProgram& program, const SampleBatch& batch, std::span<float> values)
+void sampleTerrain(const TerrainProgram& program, const SampleBatch& batch, std::span<float> values)
 {
     HWY_DYNAMIC_DISPATCH(sampleTerrainOn)(program, batch, values.data());
 }
@@ -197,8 +200,8 @@ void gradientTerrain(
     HWY_DYNAMIC_DISPATCH(gradientTerrainOn)(program, batch, gradients);
 }
 
-core::Interval boundTerrain(
-    const TerrainProgram& program, const core::Box& box, const core::Interval& radius)
+core::Interval
+boundTerrain(const TerrainProgram& program, const core::Box& box, const core::Interval& radius)
 {
     return HWY_DYNAMIC_DISPATCH(boundTerrainOn)(program, box, radius);
 }

@@ -19,12 +19,12 @@ struct DetailOctave {
 struct TunnelProgram {
     SpaceOctave first;
     SpaceOctave second;
-    SpaceOctave width;      ///< varies the radius from place to place
-    float metresPerUnit;    ///< distance from a sheet over the noise's value
-    float radius;           ///< [m]
-    float radiusVariation;  ///< of the radius, relative
-    float depth;            ///< deepest below the surface [m]
-    float closingCycles;    ///< filter frequency by which a tunnel closes
+    SpaceOctave width;     ///< varies the radius from place to place
+    float metresPerUnit;   ///< distance from a sheet over the noise's value
+    float radius;          ///< [m]
+    float radiusVariation; ///< of the radius, relative
+    float depth;           ///< deepest below the surface [m]
+    float closingCycles;   ///< filter frequency by which a tunnel closes
 };
 
 /// One level of floating islands.
@@ -76,7 +76,7 @@ void sampleTerrain(
     const TerrainProgram& program, const SampleBatch& batch, std::span<float> values);
 void gradientTerrain(
     const TerrainProgram& program, const SampleBatch& batch, const GradientSpans& gradients);
-core::Interval boundTerrain(
-    const TerrainProgram& program, const core::Box& box, const core::Interval& radius);
+core::Interval
+boundTerrain(const TerrainProgram& program, const core::Box& box, const core::Interval& radius);
 
 } // namespace isofront::fields

@@ -46,8 +46,12 @@ HWY_INLINE void forEachGroup(const SampleBatch& batch, const Body& body)
         const DoublePair radius =
             batch.radius.empty() ? unfiltered : loaded(batch.radius.data() + i);
         body(
-            loaded(batch.x.data() + i), loaded(batch.y.data() + i), loaded(batch.z.data() + i),
-            radius, i, kLanes);
+            loaded(batch.x.data() + i),
+            loaded(batch.y.data() + i),
+            loaded(batch.z.data() + i),
+            radius,
+            i,
+            kLanes);
     }
     if (whole == size)
         return;
@@ -59,8 +63,7 @@ HWY_INLINE void forEachGroup(const SampleBatch& batch, const Body& body)
         rest[2][i] = batch.z[from];
         rest[3][i] = batch.radius.empty() ? 0.0 : batch.radius[from];
     }
-    body(
-        loaded(rest[0]), loaded(rest[1]), loaded(rest[2]), loaded(rest[3]), whole, size - whole);
+    body(loaded(rest[0]), loaded(rest[1]), loaded(rest[2]), loaded(rest[3]), whole, size - whole);
 }
 
 template <typename Formula>
@@ -68,8 +71,13 @@ void sampleBatch(const Formula& formula, const SampleBatch& batch, float* values
 {
     const FloatTag f;
     forEachGroup(
-        batch, [&](const DoublePair& x, const DoublePair& y, const DoublePair& z,
-                   const DoublePair& r, std::size_t first, std::size_t count) HWY_ATTR {
+        batch,
+        [&](const DoublePair& x,
+            const DoublePair& y,
+            const DoublePair& z,
+            const DoublePair& r,
+            std::size_t first,
+            std::size_t count) HWY_ATTR {
             const Floats radius = narrowed(r);
             const Value value =
                 formula.template at<Value>(Point<Value>{{x}, {y}, {z}}, Radius{radius, radius});
@@ -87,8 +95,13 @@ template <typename Formula>
 void gradientBatch(const Formula& formula, const SampleBatch& batch, const GradientSpans& to)
 {
     forEachGroup(
-        batch, [&](const DoublePair& x, const DoublePair& y, const DoublePair& z,
-                   const DoublePair& r, std::size_t first, std::size_t count) HWY_ATTR {
+        batch,
+        [&](const DoublePair& x,
+            const DoublePair& y,
+            const DoublePair& z,
+            const DoublePair& r,
+            std::size_t first,
+            std::size_t count) HWY_ATTR {
             const Floats radius = narrowed(r);
             const Floats zero = hn::Zero(FloatTag());
             const Floats one = constant(1.0F);
@@ -110,8 +123,8 @@ void gradientBatch(const Formula& formula, const SampleBatch& batch, const Gradi
 /// The hull of the formula's ranges over 4 x 4 x 4 parts of a box.
 /// @param slack  what rounding may add to a value on top of 1e-5 of its magnitude
 template <typename Formula>
-core::Interval boundsOver(
-    const Formula& formula, const core::Box& box, const core::Interval& radius, double slack)
+core::Interval
+boundsOver(const Formula& formula, const core::Box& box, const core::Interval& radius, double slack)
 {
     constexpr std::size_t kParts = 4;
     constexpr std::size_t kCount = kParts * kParts * kParts;

@@ -43,9 +43,7 @@ HWY_INLINE Cell cellOf(const DoublePair& t)
     const auto bits1 = hn::BitCast(words, hn::Add(floor1, magic));
     const Words index = hn::ConcatEven(words, bits1, bits0);
 #endif
-    return {
-        index,
-        narrowed({hn::Sub(t.first, floor0), hn::Sub(t.second, floor1)})};
+    return {index, narrowed({hn::Sub(t.first, floor0), hn::Sub(t.second, floor1)})};
 }
 
 HWY_INLINE DoublePair scaled(const DoublePair& c, double factor, double offset)
@@ -56,15 +54,14 @@ HWY_INLINE DoublePair scaled(const DoublePair& c, double factor, double offset)
     return {hn::Add(hn::Mul(c.first, f), o), hn::Add(hn::Mul(c.second, f), o)};
 }
 
-HWY_INLINE DoublePair combined(
-    const DoublePair& x, double fx, const DoublePair& y, double fy, double offset)
+HWY_INLINE DoublePair
+combined(const DoublePair& x, double fx, const DoublePair& y, double fy, double offset)
 {
     const DoublePair scaledX = scaled(x, fx, offset);
     const DoubleTag d;
     const Doubles f = hn::Set(d, fy);
     return {
-        hn::Add(hn::Mul(y.first, f), scaledX.first),
-        hn::Add(hn::Mul(y.second, f), scaledX.second)};
+        hn::Add(hn::Mul(y.first, f), scaledX.first), hn::Add(hn::Mul(y.second, f), scaledX.second)};
 }
 
 // One step for each coordinate, so that the sums x + y of cells don't repeat themselves.
@@ -169,8 +166,7 @@ HWY_INLINE NoiseSample noise(const Cell& x, const Cell& y, const Cell& z, std::u
     Floats alongX[4];
     for (std::size_t i = 0; i < 4; ++i)
         alongX[i] = lerp(dots[i], dots[i + 4], fx);
-    const Floats alongY[2] = {
-        lerp(alongX[0], alongX[2], fy), lerp(alongX[1], alongX[3], fy)};
+    const Floats alongY[2] = {lerp(alongX[0], alongX[2], fy), lerp(alongX[1], alongX[3], fy)};
     NoiseSample sample{};
     sample.value = lerp(alongY[0], alongY[1], fz);
     if constexpr (kWithSlope) {
@@ -181,8 +177,7 @@ HWY_INLINE NoiseSample noise(const Cell& x, const Cell& y, const Cell& z, std::u
         };
         const auto step = [&](std::size_t i) HWY_ATTR { return hn::Sub(dots[i + 4], dots[i]); };
         const Floats stepX = lerp(lerp(step(0), step(2), fy), lerp(step(1), step(3), fy), fz);
-        const Floats stepY =
-            lerp(hn::Sub(alongX[2], alongX[0]), hn::Sub(alongX[3], alongX[1]), fz);
+        const Floats stepY = lerp(hn::Sub(alongX[2], alongX[0]), hn::Sub(alongX[3], alongX[1]), fz);
         const Floats stepZ = hn::Sub(alongY[1], alongY[0]);
         sample.slope[0] = hn::Add(mixed(gx), hn::Mul(fadeSlope(x.fraction), stepX));
         sample.slope[1] = hn::Add(mixed(gy), hn::Mul(fadeSlope(y.fraction), stepY));
@@ -217,8 +212,7 @@ HWY_INLINE NoiseSample noise(const Cell& x, const Cell& y, std::uint32_t seed)
         for (std::size_t j = 0; j < 2; ++j) {
             const Words cy = j == 0 ? y.index : hn::Add(y.index, one);
             const Words hash = stirred(stirred(hn::Xor(hashX, cy), kStirY), kStirZ);
-            const auto steep =
-                hn::RebindMask(d, hn::Ne(hn::And(hash, two), hn::Zero(w)));
+            const auto steep = hn::RebindMask(d, hn::Ne(hn::And(hash, two), hn::Zero(w)));
             const Words signX = hn::ShiftLeft<31>(hash);
             const Words signY = hn::And(hash, signBit);
             const std::size_t corner = 2 * i + j;
@@ -261,8 +255,7 @@ HWY_INLINE Range enclosed(
         squares = hn::Add(squares, hn::Mul(extent[i], extent[i]));
         linear = hn::Add(linear, hn::Mul(hn::Abs(sample.slope[i]), extent[i]));
     }
-    const Floats taylor =
-        hn::Add(linear, hn::Mul(constant(0.5F * limits.curvature), squares));
+    const Floats taylor = hn::Add(linear, hn::Mul(constant(0.5F * limits.curvature), squares));
     const Floats lipschitz = hn::Mul(constant(limits.slope), hn::Sqrt(squares));
     const Floats reach = hn::Add(hn::Min(taylor, lipschitz), slack);
     const Floats most = constant(limits.magnitude);
@@ -288,7 +281,8 @@ HWY_INLINE Value noiseAt(const SpaceOctave& o, const Point<Value>& p)
     return {noise<false>(
                 cellOf(scaled(p.x.at, o.frequency[0], o.offset[0])),
                 cellOf(scaled(p.y.at, o.frequency[1], o.offset[1])),
-                cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])), o.seed)
+                cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])),
+                o.seed)
                 .value};
 }
 
@@ -303,7 +297,8 @@ HWY_INLINE Range noiseAt(const SpaceOctave& o, const Point<Range>& p)
     const NoiseSample sample = noise<true>(
         cellOf(scaled(p.x.at, o.frequency[0], o.offset[0])),
         cellOf(scaled(p.y.at, o.frequency[1], o.offset[1])),
-        cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])), o.seed);
+        cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])),
+        o.seed);
     return enclosed(sample, extent, 3, kSpaceNoise);
 }
 
@@ -312,7 +307,8 @@ HWY_INLINE Slope noiseAt(const SpaceOctave& o, const Point<Slope>& p)
     const NoiseSample sample = noise<true>(
         cellOf(scaled(p.x.at, o.frequency[0], o.offset[0])),
         cellOf(scaled(p.y.at, o.frequency[1], o.offset[1])),
-        cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])), o.seed);
+        cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])),
+        o.seed);
     const Floats sx = hn::Mul(sample.slope[0], constant(float(o.frequency[0])));
     const Floats sy = hn::Mul(sample.slope[1], constant(float(o.frequency[1])));
     const Floats sz = hn::Mul(sample.slope[2], constant(float(o.frequency[2])));
@@ -320,7 +316,9 @@ HWY_INLINE Slope noiseAt(const SpaceOctave& o, const Point<Slope>& p)
         return hn::Add(hn::Add(hn::Mul(sx, x), hn::Mul(sy, y)), hn::Mul(sz, z));
     };
     return {
-        sample.value, chained(p.x.x, p.y.x, p.z.x), chained(p.x.y, p.y.y, p.z.y),
+        sample.value,
+        chained(p.x.x, p.y.x, p.z.x),
+        chained(p.x.y, p.y.y, p.z.y),
         chained(p.x.z, p.y.z, p.z.z)};
 }
 
@@ -332,9 +330,9 @@ HWY_INLINE Cell planeCell(const Point<N>& p, const double* factors, double offse
 
 HWY_INLINE Value noiseAt(const PlaneOctave& o, const Point<Value>& p)
 {
-    return {
-        noise<false>(planeCell(p, o.first, o.offset[0]), planeCell(p, o.second, o.offset[1]), o.seed)
-            .value};
+    return {noise<false>(
+                planeCell(p, o.first, o.offset[0]), planeCell(p, o.second, o.offset[1]), o.seed)
+                .value};
 }
 
 HWY_INLINE Range noiseAt(const PlaneOctave& o, const Point<Range>& p)
@@ -357,21 +355,20 @@ HWY_INLINE Slope noiseAt(const PlaneOctave& o, const Point<Slope>& p)
     const NoiseSample sample = noise<true>(
         planeCell(p, o.first, o.offset[0]), planeCell(p, o.second, o.offset[1]), o.seed);
     const auto chained = [&](Floats x, Floats y) HWY_ATTR {
-        const Floats first =
-            hn::Add(hn::Mul(x, constant(float(o.first[0]))), hn::Mul(y, constant(float(o.first[1]))));
+        const Floats first = hn::Add(
+            hn::Mul(x, constant(float(o.first[0]))), hn::Mul(y, constant(float(o.first[1]))));
         const Floats second = hn::Add(
             hn::Mul(x, constant(float(o.second[0]))), hn::Mul(y, constant(float(o.second[1]))));
         return hn::Add(hn::Mul(sample.slope[0], first), hn::Mul(sample.slope[1], second));
     };
-    return {
-        sample.value, chained(p.x.x, p.y.x), chained(p.x.y, p.y.y), chained(p.x.z, p.y.z)};
+    return {sample.value, chained(p.x.x, p.y.x), chained(p.x.y, p.y.y), chained(p.x.z, p.y.z)};
 }
 
 /// The weighted sum of some octaves. An octave that the filter removes in every lane costs nothing,
 /// and adds exactly nothing in any lane.
 template <typename N, typename Octave>
-HWY_INLINE N fractalSum(
-    const Octave* octaves, std::size_t count, const Point<N>& p, const Radius& radius)
+HWY_INLINE N
+fractalSum(const Octave* octaves, std::size_t count, const Point<N>& p, const Radius& radius)
 {
     N sum = fromConstant<N>(0.0F);
     for (std::size_t i = 0; i < count; ++i) {

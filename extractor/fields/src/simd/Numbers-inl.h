@@ -49,8 +49,7 @@ HWY_INLINE Floats narrowed(const DoublePair& pair)
 #if HWY_TARGET == HWY_SCALAR
     return hn::DemoteTo(half, pair.first);
 #else
-    return hn::Combine(
-        FloatTag(), hn::DemoteTo(half, pair.second), hn::DemoteTo(half, pair.first));
+    return hn::Combine(FloatTag(), hn::DemoteTo(half, pair.second), hn::DemoteTo(half, pair.first));
 #endif
 }
 
@@ -169,9 +168,8 @@ HWY_INLINE Range operator*(const Range& a, const Range& b)
 }
 HWY_INLINE Slope operator*(const Slope& a, const Slope& b)
 {
-    const auto sum = [&](Floats da, Floats db) HWY_ATTR {
-        return hn::Add(hn::Mul(da, b.v), hn::Mul(a.v, db));
-    };
+    const auto sum = [&](Floats da, Floats db)
+                         HWY_ATTR { return hn::Add(hn::Mul(da, b.v), hn::Mul(a.v, db)); };
     return {hn::Mul(a.v, b.v), sum(a.x, b.x), sum(a.y, b.y), sum(a.z, b.z)};
 }
 
@@ -194,15 +192,16 @@ HWY_INLINE Slope operator*(const Slope& a, float b)
 /// Scales the derivatives of a number whose value has been mapped.
 HWY_INLINE Slope mapped(const Slope& a, Floats value, Floats derivative)
 {
-    return {
-        value, hn::Mul(a.x, derivative), hn::Mul(a.y, derivative), hn::Mul(a.z, derivative)};
+    return {value, hn::Mul(a.x, derivative), hn::Mul(a.y, derivative), hn::Mul(a.z, derivative)};
 }
 
 HWY_INLINE Slope selected(hn::Mask<FloatTag> mask, const Slope& yes, const Slope& no)
 {
     return {
-        hn::IfThenElse(mask, yes.v, no.v), hn::IfThenElse(mask, yes.x, no.x),
-        hn::IfThenElse(mask, yes.y, no.y), hn::IfThenElse(mask, yes.z, no.z)};
+        hn::IfThenElse(mask, yes.v, no.v),
+        hn::IfThenElse(mask, yes.x, no.x),
+        hn::IfThenElse(mask, yes.y, no.y),
+        hn::IfThenElse(mask, yes.z, no.z)};
 }
 
 // ---- Least and most -----------------------------------------------------------------------------
@@ -242,13 +241,12 @@ HWY_INLINE Value magnitude(const Value& a)
 HWY_INLINE Range magnitude(const Range& a)
 {
     const Floats zero = hn::Zero(FloatTag());
-    return {
-        hn::Max(zero, hn::Max(a.low, hn::Neg(a.high))), hn::Max(hn::Neg(a.low), a.high)};
+    return {hn::Max(zero, hn::Max(a.low, hn::Neg(a.high))), hn::Max(hn::Neg(a.low), a.high)};
 }
 HWY_INLINE Slope magnitude(const Slope& a)
 {
-    const Floats sign = hn::IfThenElse(
-        hn::Lt(a.v, hn::Zero(FloatTag())), constant(-1.0F), constant(1.0F));
+    const Floats sign =
+        hn::IfThenElse(hn::Lt(a.v, hn::Zero(FloatTag())), constant(-1.0F), constant(1.0F));
     return mapped(a, hn::Abs(a.v), sign);
 }
 
@@ -288,8 +286,7 @@ HWY_INLINE Slope root(const Slope& a)
 /// 0 below `begin`, 1 above `end`, a cubic between.
 HWY_INLINE Value smoothStep(const Value& a, float begin, float end)
 {
-    const Floats scaled =
-        hn::Mul(hn::Sub(a.v, constant(begin)), constant(1.0F / (end - begin)));
+    const Floats scaled = hn::Mul(hn::Sub(a.v, constant(begin)), constant(1.0F / (end - begin)));
     const Floats t = hn::Min(hn::Max(scaled, hn::Zero(FloatTag())), constant(1.0F));
     return {hn::Mul(hn::Mul(t, t), hn::Sub(constant(3.0F), hn::Add(t, t)))};
 }
@@ -302,8 +299,7 @@ HWY_INLINE Slope smoothStep(const Slope& a, float begin, float end)
     const float scale = 1.0F / (end - begin);
     const Floats scaled = hn::Mul(hn::Sub(a.v, constant(begin)), constant(scale));
     const Floats t = hn::Min(hn::Max(scaled, hn::Zero(FloatTag())), constant(1.0F));
-    const Floats slope =
-        hn::Mul(constant(6.0F * scale), hn::Mul(t, hn::Sub(constant(1.0F), t)));
+    const Floats slope = hn::Mul(constant(6.0F * scale), hn::Mul(t, hn::Sub(constant(1.0F), t)));
     return mapped(a, hn::Mul(hn::Mul(t, t), hn::Sub(constant(3.0F), hn::Add(t, t))), slope);
 }
 
@@ -313,8 +309,8 @@ HWY_INLINE Value smoothLeast(const Value& a, const Value& b, float width)
 {
     const Floats zero = hn::Zero(FloatTag());
     const Floats overlap = hn::Max(zero, hn::Sub(constant(width), hn::Abs(hn::Sub(a.v, b.v))));
-    return {hn::Sub(
-        hn::Min(a.v, b.v), hn::Mul(hn::Mul(overlap, overlap), constant(0.25F / width)))};
+    return {
+        hn::Sub(hn::Min(a.v, b.v), hn::Mul(hn::Mul(overlap, overlap), constant(0.25F / width)))};
 }
 HWY_INLINE Range smoothLeast(const Range& a, const Range& b, float width)
 {
@@ -387,8 +383,7 @@ HWY_INLINE Floats filterWeight(Floats x)
     const auto exponent = hn::Sub(hn::Set(signedTag, 127), hn::ConvertTo(signedTag, n));
     const Floats power = hn::BitCast(d, hn::ShiftLeft<23>(exponent));
     const Floats weight = hn::Sub(hn::Mul(series, power), hn::Mul(u, constant(kLine)));
-    return hn::IfThenElseZero(
-        hn::Lt(square, constant(kCutoff)), hn::Max(weight, hn::Zero(d)));
+    return hn::IfThenElseZero(hn::Lt(square, constant(kCutoff)), hn::Max(weight, hn::Zero(d)));
 }
 
 template <typename N>

@@ -3,12 +3,12 @@
 #include <isofront/core/Result.h>
 #include <isofront/fields/Field.h>
 
+#include <glm/vec2.hpp>
+
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include <glm/vec2.hpp>
 
 namespace isofront::fields {
 
@@ -40,18 +40,18 @@ struct RidgeSettings {
 struct CanyonSettings {
     TerrainOctaves river; ///< amplitude without unit
     TerrainOctaves sideRiver;
-    float riverMetres = 3000;     ///< distance from a river over its noise's value [m]
-    float sideMetres = 1200;      ///< the same for the side canyons [m]
-    float floor = 0;              ///< [m]
-    float depth = 800;            ///< from the rim to the floor [m]
-    float innerBegin = 60;        ///< distance from the river where the lower wall begins [m]
-    float innerEnd = 200;         ///< ... and ends
-    float innerShare = 0.5F;      ///< of the depth, up to the terrace
-    float outerBegin = 600;       ///< distance where the upper wall begins [m]
-    float outerEnd = 760;         ///< ... and ends
-    float sideBegin = 30;         ///< the same for the side canyons
+    float riverMetres = 3000; ///< distance from a river over its noise's value [m]
+    float sideMetres = 1200;  ///< the same for the side canyons [m]
+    float floor = 0;          ///< [m]
+    float depth = 800;        ///< from the rim to the floor [m]
+    float innerBegin = 60;    ///< distance from the river where the lower wall begins [m]
+    float innerEnd = 200;     ///< ... and ends
+    float innerShare = 0.5F;  ///< of the depth, up to the terrace
+    float outerBegin = 600;   ///< distance where the upper wall begins [m]
+    float outerEnd = 760;     ///< ... and ends
+    float sideBegin = 30;     ///< the same for the side canyons
     float sideEnd = 260;
-    float sideShare = 0.6F;       ///< of the depth that a side canyon cuts away at most
+    float sideShare = 0.6F; ///< of the depth that a side canyon cuts away at most
 };
 
 struct IslandLevel {
@@ -64,11 +64,11 @@ struct IslandLevel {
 };
 
 struct TunnelSettings {
-    double wavelength = 700;       ///< how far a tunnel runs before it turns [m]
-    double radius = 20;            ///< [m]
-    double radiusVariation = 0.6;  ///< of the radius, relative: tunnels widen to halls and end
-    double depth = 300;            ///< deepest below the surface [m]
-    double stretch = 1;            ///< above 1: flatter tunnels
+    double wavelength = 700;      ///< how far a tunnel runs before it turns [m]
+    double radius = 20;           ///< [m]
+    double radiusVariation = 0.6; ///< of the radius, relative: tunnels widen to halls and end
+    double depth = 300;           ///< deepest below the surface [m]
+    double stretch = 1;           ///< above 1: flatter tunnels
 };
 
 /// A kind of terrain. Metres, z up; solid is where the value is at or above 0, and the value is
@@ -84,13 +84,13 @@ struct TerrainPreset {
     RidgeSettings mountains;
     CanyonSettings canyon;
     std::vector<IslandLevel> islands;
-    double cragLeast = 0.3;      ///< crags differ from region to region, from this share to all
+    double cragLeast = 0.3; ///< crags differ from region to region, from this share to all
     std::vector<TerrainOctaves> crags; ///< overhangs and strata, before the tunnels are cut
     std::vector<TunnelSettings> tunnels;
-    TerrainOctaves fine;         ///< after the tunnels are cut
-    glm::dvec2 start{0};         ///< where to begin a flight [m]
-    glm::dvec2 lookAt{0};        ///< what to look at first [m]
-    double clearance = 120;      ///< of the flight above the ground [m]
+    TerrainOctaves fine;    ///< after the tunnels are cut
+    glm::dvec2 start{0};    ///< where to begin a flight [m]
+    glm::dvec2 lookAt{0};   ///< what to look at first [m]
+    double clearance = 120; ///< of the flight above the ground [m]
 };
 
 const std::vector<TerrainPreset>& terrainPresets();
@@ -108,15 +108,16 @@ core::Result<TerrainPreset> terrainPreset(const std::string& name);
 core::Result<std::shared_ptr<const Field>> makeTerrain(const TerrainSettings& settings);
 
 /// A terrain of one's own.
-std::shared_ptr<const Field> terrain(
-    const TerrainPreset& preset, std::uint64_t seed, double filterStrength);
+std::shared_ptr<const Field>
+terrain(const TerrainPreset& preset, std::uint64_t seed, double filterStrength);
 
-/// A terrain by the name of a preset that exists (asserted).
+/// A terrain by the name of a preset that exists (asserted; without assertions null otherwise). For
+/// names that a user gives, see makeTerrain.
 std::shared_ptr<const Field> terrain(const TerrainSettings& settings);
 
 /// The height of the highest solid point over (x, y), to 0.1 m; the box's floor if there is none.
 /// What is thinner than `step` [m] may be missed.
-double surfaceHeight(
-    const Field& field, const core::Box& box, double x, double y, double step = 4.0);
+double
+surfaceHeight(const Field& field, const core::Box& box, double x, double y, double step = 4.0);
 
 } // namespace isofront::fields
