@@ -126,12 +126,16 @@ template <typename Formula>
 core::Interval
 boundsOver(const Formula& formula, const core::Box& box, const core::Interval& radius, double slack)
 {
+    const glm::dvec3 whole = box.size();
+    if (!(std::isfinite(whole.x + whole.y + whole.z) && whole.x >= 0 && whole.y >= 0 &&
+          whole.z >= 0))
+        return {};
     constexpr std::size_t kParts = 4;
     constexpr std::size_t kCount = kParts * kParts * kParts;
     // The corners of the parts are rounded; a part reaches a little further than its share.
     constexpr double kGrown = 1.00001;
     const FloatTag f;
-    const glm::dvec3 part = box.size() * (1.0 / double(kParts));
+    const glm::dvec3 part = whole * (1.0 / double(kParts));
     const glm::dvec3 far =
         glm::max(glm::dvec3(glm::abs(box.low)), glm::dvec3(glm::abs(box.high))) * 1e-15;
     const glm::dvec3 extent = 0.5 * kGrown * part + far;

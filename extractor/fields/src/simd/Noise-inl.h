@@ -64,16 +64,27 @@ combined(const DoublePair& x, double fx, const DoublePair& y, double fy, double 
         hn::Add(hn::Mul(y.first, f), scaledX.first), hn::Add(hn::Mul(y.second, f), scaledX.second)};
 }
 
-// One step for each coordinate, so that the sums x + y of cells don't repeat themselves.
-HWY_INLINE Words stirred(Words hash, std::uint32_t factor)
+/// Mixes the cells along one axis, so that neighbouring cells have nothing in common.
+HWY_INLINE Words stirred(Words cell, std::uint32_t seed)
 {
-    const Words product = hn::Mul(hash, hn::Set(WordTag(), factor));
+    const WordTag w;
+    Words hash = hn::Xor(cell, hn::Set(w, seed));
+    hash = hn::Mul(hn::Xor(hash, hn::ShiftRight<16>(hash)), hn::Set(w, 0x7feb352dU));
+    hash = hn::Mul(hn::Xor(hash, hn::ShiftRight<15>(hash)), hn::Set(w, 0x846ca68bU));
+    return hn::Xor(hash, hn::ShiftRight<16>(hash));
+}
+
+/// The hash of a corner from the sum of those of its coordinates. The sum alone would give four
+/// corners of a face that depend on one another.
+HWY_INLINE Words finished(Words sum)
+{
+    const Words product = hn::Mul(sum, hn::Set(WordTag(), 0x9e3779b1U));
     return hn::Xor(product, hn::ShiftRight<15>(product));
 }
 
-inline constexpr std::uint32_t kStirX = 0x7feb352dU;
-inline constexpr std::uint32_t kStirY = 0x846ca68bU;
-inline constexpr std::uint32_t kStirZ = 0x9e3779b1U;
+// The same cell along another axis must hash to something else.
+inline constexpr std::uint32_t kSeedY = 0x68e31da4U;
+inline constexpr std::uint32_t kSeedZ = 0xb5297a4dU;
 
 HWY_INLINE Floats signedBy(Floats value, Words signBit)
 {
@@ -85,12 +96,13 @@ HWY_INLINE Floats lerp(Floats a, Floats b, Floats t)
     return hn::Add(a, hn::Mul(t, hn::Sub(b, a)));
 }
 
-/// 6 t^5 - 15 t^4 + 10 t^3
+/// 6 t^5 - 15 t^4 + 10 t^3, about t = 1/2: from powers of t it would lose four bits near 1.
 HWY_INLINE Floats fade(Floats t)
 {
-    const Floats inner = hn::Sub(hn::Mul(t, constant(6.0F)), constant(15.0F));
-    const Floats outer = hn::Add(hn::Mul(t, inner), constant(10.0F));
-    return hn::Mul(hn::Mul(hn::Mul(t, t), t), outer);
+    const Floats u = hn::Sub(t, constant(0.5F));
+    const Floats v = hn::Mul(u, u);
+    const Floats inner = hn::Mul(v, hn::Sub(hn::Mul(v, constant(6.0F)), constant(5.0F)));
+    return hn::Add(hn::Mul(u, hn::Add(inner, constant(1.875F))), constant(0.5F));
 }
 
 /// 30 t^2 (t - 1)^2
@@ -123,20 +135,21 @@ HWY_INLINE NoiseSample noise(const Cell& x, const Cell& y, const Cell& z, std::u
     const Floats px[2] = {x.fraction, hn::Sub(x.fraction, whole)};
     const Floats py[2] = {y.fraction, hn::Sub(y.fraction, whole)};
     const Floats pz[2] = {z.fraction, hn::Sub(z.fraction, whole)};
-    const Words cy[2] = {y.index, hn::Add(y.index, one)};
-    const Words cz[2] = {z.index, hn::Add(z.index, one)};
+    const Words hashX[2] = {stirred(x.index, seed), stirred(hn::Add(x.index, one), seed)};
+    const Words hashY[2] = {
+        stirred(y.index, seed ^ kSeedY), stirred(hn::Add(y.index, one), seed ^ kSeedY)};
+    const Words hashZ[2] = {
+        stirred(z.index, seed ^ kSeedZ), stirred(hn::Add(z.index, one), seed ^ kSeedZ)};
 
     Floats dots[8];
     Floats gx[8];
     Floats gy[8];
     Floats gz[8];
     for (std::size_t i = 0; i < 2; ++i) {
-        const Words cx = i == 0 ? x.index : hn::Add(x.index, one);
-        const Words hashX = stirred(hn::Xor(cx, hn::Set(w, seed)), kStirX);
         for (std::size_t j = 0; j < 2; ++j) {
-            const Words hashXy = stirred(hn::Xor(hashX, cy[j]), kStirY);
+            const Words hashXy = hn::Add(hashX[i], hashY[j]);
             for (std::size_t k = 0; k < 2; ++k) {
-                const Words hash = stirred(hn::Xor(hashXy, cz[k]), kStirZ);
+                const Words hash = finished(hn::Add(hashXy, hashZ[k]));
                 // The hash, as a signed number, picks one of three pairs of axes; two low bits
                 // give the signs.
                 const auto number = hn::BitCast(s, hash);
@@ -203,15 +216,15 @@ HWY_INLINE NoiseSample noise(const Cell& x, const Cell& y, std::uint32_t seed)
 
     const Floats px[2] = {x.fraction, hn::Sub(x.fraction, whole)};
     const Floats py[2] = {y.fraction, hn::Sub(y.fraction, whole)};
+    const Words hashX[2] = {stirred(x.index, seed), stirred(hn::Add(x.index, one), seed)};
+    const Words hashY[2] = {
+        stirred(y.index, seed ^ kSeedY), stirred(hn::Add(y.index, one), seed ^ kSeedY)};
     Floats dots[4];
     Floats gx[4];
     Floats gy[4];
     for (std::size_t i = 0; i < 2; ++i) {
-        const Words cx = i == 0 ? x.index : hn::Add(x.index, one);
-        const Words hashX = stirred(hn::Xor(cx, hn::Set(w, seed)), kStirX);
         for (std::size_t j = 0; j < 2; ++j) {
-            const Words cy = j == 0 ? y.index : hn::Add(y.index, one);
-            const Words hash = stirred(stirred(hn::Xor(hashX, cy), kStirY), kStirZ);
+            const Words hash = finished(hn::Add(hashX[i], hashY[j]));
             const auto steep = hn::RebindMask(d, hn::Ne(hn::And(hash, two), hn::Zero(w)));
             const Words signX = hn::ShiftLeft<31>(hash);
             const Words signY = hn::And(hash, signBit);
@@ -264,16 +277,18 @@ HWY_INLINE Range enclosed(
         hn::Min(hn::Add(sample.value, reach), most)};
 }
 
-HWY_INLINE bool allBeyond(Floats extent, const NoiseLimits& limits)
+/// The limits in the lanes of the mask.
+HWY_INLINE Range
+limitedWhere(hn::Mask<FloatTag> mask, const Range& range, const NoiseLimits& limits)
 {
-    // Further apart than this, two places have nothing to say about one another.
-    return hn::AllTrue(
-        FloatTag(), hn::Gt(extent, constant(2.0F * limits.magnitude / limits.slope)));
+    const Floats most = constant(limits.magnitude);
+    return {hn::IfThenElse(mask, hn::Neg(most), range.low), hn::IfThenElse(mask, most, range.high)};
 }
 
-HWY_INLINE Range everything(const NoiseLimits& limits)
+/// Lanes in which two places of the box may have nothing to say about one another.
+HWY_INLINE hn::Mask<FloatTag> beyond(Floats extent, const NoiseLimits& limits)
 {
-    return {constant(-limits.magnitude), constant(limits.magnitude)};
+    return hn::Gt(extent, constant(2.0F * limits.magnitude / limits.slope));
 }
 
 HWY_INLINE Value noiseAt(const SpaceOctave& o, const Point<Value>& p)
@@ -292,14 +307,15 @@ HWY_INLINE Range noiseAt(const SpaceOctave& o, const Point<Range>& p)
         hn::Mul(p.x.extent, constant(float(o.frequency[0]))),
         hn::Mul(p.y.extent, constant(float(o.frequency[1]))),
         hn::Mul(p.z.extent, constant(float(o.frequency[2])))};
-    if (allBeyond(hn::Max(hn::Max(extent[0], extent[1]), extent[2]), kSpaceNoise))
-        return everything(kSpaceNoise);
+    const auto unknown = beyond(hn::Max(hn::Max(extent[0], extent[1]), extent[2]), kSpaceNoise);
+    if (hn::AllTrue(FloatTag(), unknown))
+        return limitedWhere(unknown, Range{extent[0], extent[0]}, kSpaceNoise);
     const NoiseSample sample = noise<true>(
         cellOf(scaled(p.x.at, o.frequency[0], o.offset[0])),
         cellOf(scaled(p.y.at, o.frequency[1], o.offset[1])),
         cellOf(scaled(p.z.at, o.frequency[2], o.offset[2])),
         o.seed);
-    return enclosed(sample, extent, 3, kSpaceNoise);
+    return limitedWhere(unknown, enclosed(sample, extent, 3, kSpaceNoise), kSpaceNoise);
 }
 
 HWY_INLINE Slope noiseAt(const SpaceOctave& o, const Point<Slope>& p)
@@ -343,11 +359,12 @@ HWY_INLINE Range noiseAt(const PlaneOctave& o, const Point<Range>& p)
             hn::Mul(p.y.extent, hn::Abs(constant(float(factors[1])))));
     };
     const Floats extent[2] = {reach(o.first), reach(o.second)};
-    if (allBeyond(hn::Max(extent[0], extent[1]), kPlaneNoise))
-        return everything(kPlaneNoise);
+    const auto unknown = beyond(hn::Max(extent[0], extent[1]), kPlaneNoise);
+    if (hn::AllTrue(FloatTag(), unknown))
+        return limitedWhere(unknown, Range{extent[0], extent[0]}, kPlaneNoise);
     const NoiseSample sample = noise<true>(
         planeCell(p, o.first, o.offset[0]), planeCell(p, o.second, o.offset[1]), o.seed);
-    return enclosed(sample, extent, 2, kPlaneNoise);
+    return limitedWhere(unknown, enclosed(sample, extent, 2, kPlaneNoise), kPlaneNoise);
 }
 
 HWY_INLINE Slope noiseAt(const PlaneOctave& o, const Point<Slope>& p)
