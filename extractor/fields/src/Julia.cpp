@@ -53,24 +53,32 @@ public:
         core::Interval slope{1, 1};
         core::Interval hull{
             std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+        core::Interval length{0, 1e100};
         for (int n = 0; n <= _settings.iterations; ++n) {
             const double centre = glm::length(q);
-            const core::Interval length{std::max(centre - radius, 0.0), centre + radius};
-            if (!(length.high < 1e100))
-                return {kLowest, kHighest};
+            // What the ball says, and what the lengths of the step before say.
+            length.low = std::max(length.low, centre - radius);
+            length.high = std::min(length.high, centre + radius);
+            if (!(length.high < 1e50))
+                length.high = 1e50;
             if (n == _settings.iterations || length.high * length.high > kBailout)
                 include(hull, quotient(length, slope, n));
             if (n == _settings.iterations || length.low * length.low > kBailout)
                 break;
-            slope = {
-                2 * length.low * slope.low * (1 - 1e-9), 2 * length.high * slope.high * kGrown};
-            radius = (2 * centre * radius + radius * radius) * kGrown + 1e-12;
-            q = squared(q) + _settings.c;
+            // Orbits beyond the bailout have stopped; those that go on are no longer than it.
+            const double longest = std::min(length.high, std::sqrt(kBailout) * kGrown);
+            slope = {2 * length.low * slope.low * (1 - 1e-9), 2 * longest * slope.high * kGrown};
+            const double shift = glm::length(_settings.c);
+            length = {
+                std::max(length.low * length.low - shift, 0.0) * (1 - 1e-9),
+                (longest * longest + shift) * kGrown};
+            radius = std::min((2 * centre * radius + radius * radius) * kGrown + 1e-12, 1e100);
+            q = centre < 1e50 ? squared(q) + _settings.c : q;
         }
         const double slack = 1e-6;
         return {
-            std::max(hull.low - slack * (1 + std::abs(hull.low)), kLowest),
-            std::min(hull.high + slack * std::abs(hull.high), kHighest)};
+            std::clamp(hull.low - slack * std::abs(hull.low) - 1e-12, kLowest, kHighest),
+            std::clamp(hull.high + slack * std::abs(hull.high) + 1e-12, kLowest, kHighest)};
     }
 
     double differenceStep(double radius) const override { return std::max(0.5 * radius, 1e-5); }

@@ -264,14 +264,14 @@ double surfaceHeight(const Field& field, const core::Box& box, double x, double 
         if (hit == values.end())
             continue;
         double solid = zs[static_cast<std::size_t>(hit - values.begin())];
-        double empty = solid + step;
+        double empty = std::min(solid + step, box.high.z);
         while (empty - solid > kPrecision) {
             const double middle = 0.5 * (solid + empty);
             float value = 0;
             field.sample({{&x, 1}, {&y, 1}, {&middle, 1}}, {&value, 1});
             (value >= 0 ? solid : empty) = middle;
         }
-        return std::max(solid, box.low.z);
+        return std::clamp(solid, box.low.z, box.high.z);
     }
     return box.low.z;
 }

@@ -24,7 +24,8 @@ struct JuliaSettings {
 /// G = log |q_n| / 2^n: (G0 - G) / (2 |G'|), with G0 the potential of |q| = 2 at the last step. It
 /// is the same for every n once |q_n| is large, up to |c| / |q_n|^2; with a bailout at 1e8 that is
 /// below float, so the value is continuous although each point stops at its own step. It is clamped
-/// to [-4, 1/4].
+/// to [-4, 1/4]. Inside it grows away from the surface, and comes back to zero, never below, at
+/// points whose orbit runs into the origin.
 ///
 /// Bounds: the box lies in a ball; squaring takes a ball about q of radius r into one about q^2 of
 /// radius 2 |q| r + r^2. Length and derivative are bounded from the balls of all steps. The filter
