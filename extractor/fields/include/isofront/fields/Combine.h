@@ -1,0 +1,32 @@
+#pragma once
+
+#include <isofront/fields/Field.h>
+
+#include <glm/vec3.hpp>
+
+#include <memory>
+
+namespace isofront::fields {
+
+// Solids made of solids. A gradient is that of the field which decides the value. The default
+// gradient step is the finer of the two.
+
+/// Solid where either is: the larger value.
+std::shared_ptr<const Field>
+unionOf(std::shared_ptr<const Field> first, std::shared_ptr<const Field> second);
+
+/// Solid where both are: the smaller value.
+std::shared_ptr<const Field>
+intersectionOf(std::shared_ptr<const Field> first, std::shared_ptr<const Field> second);
+
+/// Solid where the first is and the second is not: the smaller of the first and the negated second.
+std::shared_ptr<const Field>
+differenceOf(std::shared_ptr<const Field> first, std::shared_ptr<const Field> second);
+
+/// The field made `scale` times as large about the origin, then moved by `translation`. Values and
+/// filter radii are scaled along, so that distances stay distances.
+/// @param scale  above 0 (asserted)
+std::shared_ptr<const Field>
+placed(std::shared_ptr<const Field> field, const glm::dvec3& translation, double scale = 1.0);
+
+} // namespace isofront::fields

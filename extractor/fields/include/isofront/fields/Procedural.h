@@ -1,0 +1,50 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+#include <isofront/fields/Field.h>
+
+#include <glm/vec3.hpp>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace isofront::fields {
+
+/// A field that is made rather than loaded, with all that is needed to look at it.
+struct ProceduralSource {
+    std::shared_ptr<const Field> field;
+    core::Box domain;    ///< a cube [field]
+    double isovalue = 0; ///< solid is where the value is at or above
+    std::string description;
+    glm::dvec3 eye{0};    ///< a good place to look from, outside the solid [field]
+    glm::dvec3 target{0}; ///< what to look at from there [field]
+};
+
+/// One parameter of a source: a number within a range, or one of some words.
+struct ProceduralParameter {
+    std::string name;
+    std::string description;
+    std::string defaultValue;
+    double least = 0;
+    double most = 0;
+    bool whole = false;               ///< only whole numbers
+    std::vector<std::string> choices; ///< if not empty, the value is one of these
+};
+
+struct ProceduralDescription {
+    std::string name;
+    std::string description;
+    std::vector<ProceduralParameter> parameters;
+};
+
+/// All there are, in the order in which they should be listed.
+const std::vector<ProceduralDescription>& proceduralSources();
+
+/// Makes a source by name. Parameters that are not given have their defaults; an unknown name,
+/// parameter or value is a usage error that says which there are.
+core::Result<ProceduralSource>
+makeProcedural(const std::string& name, const std::map<std::string, std::string>& parameters);
+
+} // namespace isofront::fields
