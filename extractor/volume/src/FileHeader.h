@@ -28,6 +28,7 @@ struct FileHeader {
 
     /// [bytes] how many compressed bytes the header counts; 0 if it doesn't say
     std::uint64_t packedBytes = 0;
+    std::uint64_t unpackedOffset = 0; ///< [bytes] what precedes the voxels once they are unpacked
 
     /// Voxels times bytes; meaningful once `checkHeader` has passed.
     [[nodiscard]] std::uint64_t dataBytes() const;
@@ -37,12 +38,13 @@ core::Result<FileHeader> readNrrdHeader(const std::filesystem::path& path);
 /// NIfTI-1 in one file, plain or gzipped.
 core::Result<FileHeader> readNiftiHeader(const std::filesystem::path& path);
 core::Result<FileHeader> readMetaImageHeader(const std::filesystem::path& path);
-/// Fails if compressed data are not all there. MetaIO doesn't: it leaves the rest unset.
-/// @param header  one that `checkHeader` has passed
-core::Result<void> checkMetaImageData(const FileHeader& header);
-
 /// Fails if the dimensions are senseless, the data exceed the memory limit, or the file can't hold
 /// them.
 core::Result<void> checkHeader(const FileHeader& header, std::uint64_t memoryLimit);
+
+/// Unpacks compressed data, into nothing, and fails if they are not all there. Teem notices that by
+/// itself, but the NIfTI library and MetaIO don't: they leave the rest unset.
+/// @param header  one that `checkHeader` has passed
+core::Result<void> checkCompressedData(const FileHeader& header);
 
 } // namespace isofront::volume

@@ -6,9 +6,11 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
-#include <algorithm>
+#include <cctype>
+#include <iostream>
 #include <mutex>
 #include <optional>
+#include <streambuf>
 #include <utility>
 
 namespace isofront::volume {
@@ -17,19 +19,40 @@ namespace {
 
 using core::ErrorCode;
 
-/// Keeps ITK from writing warnings to standard error while it lives.
+/// Takes what is written to it and forgets it.
+class NullBuffer final : public std::streambuf {
+protected:
+    int_type overflow(int_type c) override { return traits_type::not_eof(c); }
+    std::streamsize xsputn(const char* /*text*/, std::streamsize count) override { return count; }
+};
+
+/// Keeps ITK, and MetaIO and VNL below it, from writing to standard error while it lives: what is
+/// wrong comes back as an exception, or has been found by our own checks. The libraries write to
+/// std::cerr, so that is turned away; what the program says through it meanwhile is lost.
 class Silence {
 public:
-    Silence() : _before(itk::Object::GetGlobalWarningDisplay())
+    Silence()
+        : _warned(itk::Object::GetGlobalWarningDisplay()), _buffer(std::cerr.rdbuf(&nowhere()))
     {
         itk::Object::SetGlobalWarningDisplay(false);
     }
     Silence(const Silence&) = delete;
     Silence& operator=(const Silence&) = delete;
-    ~Silence() { itk::Object::SetGlobalWarningDisplay(_before); }
+    ~Silence()
+    {
+        std::cerr.rdbuf(_buffer);
+        itk::Object::SetGlobalWarningDisplay(_warned);
+    }
 
 private:
-    bool _before;
+    static NullBuffer& nowhere()
+    {
+        static NullBuffer buffer;
+        return buffer;
+    }
+
+    bool _warned;
+    std::streambuf* _buffer;
 };
 
 itk::ImageIOBase::Pointer readerFor(VolumeFormat format)

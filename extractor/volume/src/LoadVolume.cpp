@@ -120,9 +120,10 @@ loadDense(const std::filesystem::path& path, VolumeFormat format, const LoadOpti
         return tl::unexpected(header.error());
     if (const auto checked = checkHeader(*header, options.memoryLimit); !checked)
         return tl::unexpected(checked.error());
-    if (format == VolumeFormat::metaImage)
-        if (const auto checked = checkMetaImageData(*header); !checked)
+    if (format != VolumeFormat::nrrd) {
+        if (const auto checked = checkCompressedData(*header); !checked)
             return tl::unexpected(checked.error());
+    }
 #ifdef ISOFRONT_WITH_ITK
     auto dense = readThroughItk(path, format, options);
     if (!dense)

@@ -1,14 +1,9 @@
 #include "FileHeader.h"
 #include "TextHeader.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <fstream>
-#include <limits>
 #include <map>
-#include <utility>
-#include <vector>
 
 // Source: the MetaIO documentation of ITK (itk.org/Wiki/ITK/MetaIO/Documentation).
 
@@ -37,39 +32,6 @@ std::uint64_t bytesOfMetaType(const std::string& type)
 bool isTrue(const std::string& value)
 {
     return !value.empty() && (value.front() == 'T' || value.front() == 't' || value.front() == '1');
-}
-
-/// How many bytes a zlib or gzip stream unpacks to, as far as it is whole; stops beyond `most`.
-/// @param packedBytes  what may be read of the stream
-std::uint64_t inflatedBytes(std::istream& stream, std::uint64_t packedBytes, std::uint64_t most)
-{
-    constexpr std::size_t kChunk = std::size_t{1} << 18U;
-    std::vector<unsigned char> packed(kChunk);
-    std::vector<unsigned char> unpacked(kChunk);
-    z_stream inflater{};
-    constexpr int kZlibOrGzip = MAX_WBITS + 32;
-    if (inflateInit2(&inflater, kZlibOrGzip) != Z_OK)
-        return 0;
-    std::uint64_t total = 0;
-    int state = Z_OK;
-    while (state == Z_OK && total < most) {
-        if (inflater.avail_in == 0) {
-            stream.read(
-                reinterpret_cast<char*>(packed.data()),
-                static_cast<std::streamsize>(std::min<std::uint64_t>(kChunk, packedBytes)));
-            inflater.next_in = packed.data();
-            inflater.avail_in = static_cast<uInt>(stream.gcount());
-            if (inflater.avail_in == 0)
-                break;
-            packedBytes -= inflater.avail_in;
-        }
-        inflater.next_out = unpacked.data();
-        inflater.avail_out = static_cast<uInt>(kChunk);
-        state = inflate(&inflater, Z_NO_FLUSH);
-        total += kChunk - inflater.avail_out;
-    }
-    inflateEnd(&inflater);
-    return total;
 }
 
 } // namespace
@@ -136,23 +98,6 @@ core::Result<FileHeader> readMetaImageHeader(const std::filesystem::path& path)
         header.packedBytes = static_cast<std::uint64_t>(std::max<std::int64_t>(packed, 0));
     }
     return header;
-}
-
-core::Result<void> checkMetaImageData(const FileHeader& header)
-{
-    if (header.encoding != FileHeader::Encoding::deflate)
-        return {};
-    std::ifstream file(header.dataFile, std::ios::binary);
-    file.seekg(static_cast<std::streamoff>(header.dataOffset));
-    const std::uint64_t packed =
-        header.packedBytes > 0 ? header.packedBytes : std::numeric_limits<std::uint64_t>::max();
-    const std::uint64_t whole = inflatedBytes(file, packed, header.dataBytes());
-    if (whole < header.dataBytes())
-        return core::failure(
-            ErrorCode::badData,
-            "the compressed data are damaged or cut short: they unpack to " +
-                std::to_string(whole) + " of " + std::to_string(header.dataBytes()) + " bytes");
-    return {};
 }
 
 } // namespace isofront::volume

@@ -122,7 +122,7 @@ core::Result<FileHeader> readNiftiHeader(const std::filesystem::path& path)
         return core::failure(
             ErrorCode::badData, "the NIfTI header places the voxels inside itself");
     header.encoding = isCompressed ? FileHeader::Encoding::deflate : FileHeader::Encoding::raw;
-    header.dataOffset = isCompressed ? 0 : static_cast<std::uint64_t>(offset);
+    (isCompressed ? header.unpackedOffset : header.dataOffset) = static_cast<std::uint64_t>(offset);
     return header;
 }
 

@@ -21,9 +21,9 @@ struct LoadOptions {
     /// [bytes] A volume whose voxels take more is refused before they are allocated.
     std::uint64_t memoryLimit = std::uint64_t{8} << 30U;
     /// VDB: the grid to read. Empty takes the first scalar grid of the file.
-    std::string gridName;
+    std::string gridName = {};
     /// Looked at between the steps of loading; a read in progress is not cut short.
-    std::stop_token stop;
+    std::stop_token stop = {};
 };
 
 /// A volume from a file, as a field in index space with its place in the world.
