@@ -20,7 +20,6 @@ namespace {
 using core::ErrorCode;
 using openvdb::Coord;
 using openvdb::CoordBBox;
-using openvdb::FloatTree;
 
 /// Reads a tree without registering with it, which would lock; safe because the tree never changes.
 template <typename Tree>
@@ -28,6 +27,10 @@ using Reader = openvdb::tree::ValueAccessor<const Tree, false>;
 
 constexpr int kBlockBits = 3; // a leaf of OpenVDB's standard trees has 8^3 voxels
 constexpr int kBlockEdge = 1 << kBlockBits;
+
+/// Smaller nodes than those of OpenVDB's standard trees, which would take more memory than the
+/// bricks.
+using BrickTree = openvdb::tree::Tree4<float, 3, 3, 3>::Type;
 
 /// Bounds of a sparse volume. Like MinMaxTree, level 0 has the range of bricks of 8^3 interpolation
 /// cells, 9^3 voxels, and every further level that of 2^3 bricks; but the bricks are stored as the
@@ -39,7 +42,9 @@ public:
     SparseBounds(const Tree& tree, double sign, const CoordBBox& box) : _box(box)
     {
         buildFinest(tree, sign);
-        for (int extent = box.extents()[box.maxExtent()]; extent >> (_levels.size() + 1) > 0;)
+        // So far that the bricks of the last level along an axis are few enough for any query.
+        const int extent = box.extents()[static_cast<std::size_t>(box.maxExtent())];
+        while ((extent >> (kBlockBits + static_cast<int>(_levels.size()) - 1)) > kMostBricks - 2)
             _levels.push_back(
                 {coarsened(*_levels.back().low, [](float a, float b) { return std::min(a, b); }),
                  coarsened(*_levels.back().high, [](float a, float b) { return std::max(a, b); })});
@@ -70,8 +75,8 @@ public:
                 ++level;
         }
         const Level& bricks = _levels[level];
-        const Reader<FloatTree> lows(*bricks.low);
-        const Reader<FloatTree> highs(*bricks.high);
+        const Reader<BrickTree> lows(*bricks.low);
+        const Reader<BrickTree> highs(*bricks.high);
         float low = std::numeric_limits<float>::infinity();
         float high = -std::numeric_limits<float>::infinity();
         Coord brick;
@@ -99,8 +104,8 @@ private:
     static constexpr int kMostBricks = 4;
 
     struct Level {
-        FloatTree::Ptr low;
-        FloatTree::Ptr high;
+        BrickTree::Ptr low;
+        BrickTree::Ptr high;
     };
 
     /// Extremes of the voxels of one block; along the axes in `shared` only of its first ones.
@@ -139,8 +144,8 @@ private:
         detail::Extremes<Value> background;
         background.include(static_cast<Value>(sign) * tree.background());
         Level level{
-            std::make_shared<FloatTree>(static_cast<float>(background.samples().low)),
-            std::make_shared<FloatTree>(static_cast<float>(background.samples().high))};
+            std::make_shared<BrickTree>(static_cast<float>(background.samples().low)),
+            std::make_shared<BrickTree>(static_cast<float>(background.samples().high))};
 
         const auto setBrick = [&](Coord brick) {
             if (level.low->isValueOn(brick))
@@ -181,10 +186,10 @@ private:
 
     /// One half of the next level. The halves are coarsened apart, because their tiles may differ.
     template <typename Combine>
-    static FloatTree::Ptr coarsened(const FloatTree& fine, Combine combine)
+    static BrickTree::Ptr coarsened(const BrickTree& fine, Combine combine)
     {
-        const auto coarse = std::make_shared<FloatTree>(fine.background());
-        const Reader<FloatTree> reader(fine);
+        const auto coarse = std::make_shared<BrickTree>(fine.background());
+        const Reader<BrickTree> reader(fine);
         for (auto value = fine.cbeginValueOn(); value; ++value) {
             CoordBBox bricks;
             value.getBoundingBox(bricks);
