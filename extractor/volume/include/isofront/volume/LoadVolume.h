@@ -1,0 +1,69 @@
+#pragma once
+
+#include "isofront/volume/VolumeInfo.h"
+
+#include <isofront/core/Affine.h>
+#include <isofront/core/Box.h>
+#include <isofront/core/Result.h>
+#include <isofront/fields/Field.h>
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+namespace isofront::volume {
+
+struct LoadOptions {
+    /// [bytes] A volume whose voxels take more is refused before they are allocated.
+    std::uint64_t memoryLimit = std::uint64_t{8} << 30U;
+    /// VDB: the grid to read. Empty takes the first scalar grid of the file.
+    std::string gridName = {};
+    /// Looked at between the steps of loading; a read in progress is not cut short.
+    std::stop_token stop = {};
+};
+
+/// A volume from a file, as a field in index space with its place in the world.
+struct LoadedVolume {
+    std::shared_ptr<const fields::Field> field; ///< in index space, solid where >= isovalue
+    /// From index space to the source's physical space, right-handed LPS (left, posterior,
+    /// superior) for medical images as in ITK: what NIfTI and some NRRD files state in RAS has x
+    /// and y negated.
+    core::Affine worldFromIndex;
+    core::Box dataBox; ///< [index] the box of voxel centres
+    /// [index] Edge of the cubic domain that holds the data box: the least power of two of voxels
+    /// that is at least max(dimensions) - 1, and at least 2.
+    double domainEdge = 2;
+    glm::dvec3 domainOrigin{0.0}; ///< [index] its low corner, on a voxel's centre
+    VolumeInfo info;
+    bool negated = false; ///< the field has the sign of the file's values turned
+};
+
+/// The isovalue that `volume.field` needs to show what the user calls `userIsovalue`.
+/// @param userIsovalue  [units of the file's values]
+double fieldIsovalue(const LoadedVolume& volume, double userIsovalue);
+
+/// Reads a volume: .nrrd .nhdr .nii .nii.gz .mha .mhd (through ITK) and .vdb (through OpenVDB), by
+/// extension, upper or lower case.
+///
+/// Dense volumes keep the voxel type of the file (a NIfTI scale factor makes them float) and the
+/// file's values. Non-finite voxels are kept and counted, except in NIfTI, whose library replaces
+/// them by 0. Of a VDB, float and double grids with an affine transform can be read; level sets are
+/// negated, so that solid is at or above the isovalue, and their data box is that of the active
+/// voxels grown by one.
+///
+/// Errors: inputOutput for what can't be opened; usage for an unknown extension or grid name, and
+/// for a format whose reader is not built in; badData for what is no three-dimensional scalar
+/// volume, is damaged or cut short, or has no finite voxel; resourceLimit for what exceeds the
+/// memory limit; interrupted after a stop was requested. Headers are checked against the size of
+/// the file before memory is taken.
+///
+/// Thread: any; dense volumes are read one at a time, because the libraries below have global
+/// state.
+core::Result<LoadedVolume>
+loadVolume(const std::filesystem::path& path, const LoadOptions& options = {});
+
+} // namespace isofront::volume

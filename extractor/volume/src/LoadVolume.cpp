@@ -1,0 +1,192 @@
+#include "isofront/volume/LoadVolume.h"
+
+#include "Assembly.h"
+#include "FileHeader.h"
+#include "TextHeader.h"
+#include "ValueStatistics.h"
+#include "VdbHeader.h"
+#include "isofront/volume/VolumeField.h"
+
+#ifdef ISOFRONT_WITH_ITK
+#include "ItkReader.h"
+#endif
+#ifdef ISOFRONT_WITH_OPENVDB
+#include "VdbReader.h"
+#endif
+
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <new>
+#include <optional>
+#include <span>
+#include <system_error>
+#include <utility>
+
+namespace isofront::volume {
+
+namespace {
+
+using core::ErrorCode;
+using core::failure;
+
+std::optional<VolumeFormat> formatOf(const std::filesystem::path& path)
+{
+    const std::string name = lowered(path.filename().string());
+    if (name.ends_with(".nrrd") || name.ends_with(".nhdr"))
+        return VolumeFormat::nrrd;
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz"))
+        return VolumeFormat::nifti;
+    if (name.ends_with(".mha") || name.ends_with(".mhd"))
+        return VolumeFormat::metaImage;
+    if (name.ends_with(".vdb"))
+        return VolumeFormat::vdb;
+    return std::nullopt;
+}
+
+core::Result<void> checkReadable(const std::filesystem::path& path)
+{
+    std::error_code failed;
+    const auto status = std::filesystem::status(path, failed);
+    if (!std::filesystem::exists(status))
+        return failure(ErrorCode::inputOutput, "there is no such file; check the path");
+    if (!std::filesystem::is_regular_file(status))
+        return failure(ErrorCode::inputOutput, "it is not a regular file; name the volume's file");
+    errno = 0;
+    if (!std::ifstream(path, std::ios::binary))
+        return failure(
+            ErrorCode::inputOutput,
+            std::string("the file can't be opened: ") +
+                (errno != 0 ? std::strerror(errno) : "unknown reason"));
+    if (std::filesystem::file_size(path, failed) == 0)
+        return failure(ErrorCode::badData, "the file is empty");
+    return {};
+}
+
+[[maybe_unused]] tl::unexpected<core::Error> notBuiltIn(VolumeFormat format, const char* option)
+{
+    return failure(
+        ErrorCode::usage,
+        "this build can't read " + std::string(nameOf(format)) + " files; configure it with -D" +
+            option + "=ON");
+}
+
+#ifdef ISOFRONT_WITH_ITK
+core::Result<LoadedVolume>
+denseVolume(DenseVoxels dense, VolumeFormat format, const LoadOptions& options)
+{
+    LoadedVolume volume;
+    const core::Box box{glm::dvec3(0.0), glm::dvec3(dense.dimensions - 1)};
+    if (const auto placed = placeVolume(volume, dense.worldFromIndex, box); !placed)
+        return tl::unexpected(placed.error());
+    VolumeInfo& info = volume.info;
+    info.format = format;
+    info.voxelType = static_cast<VoxelType>(dense.voxels.index());
+    info.orientation = "The values are as in the file: solid is where they are at or above the "
+                       "isovalue.";
+
+    return std::visit(
+        [&](const auto& voxels) -> core::Result<LoadedVolume> {
+            using Value = typename std::remove_cvref_t<decltype(voxels)>::element_type;
+            const std::size_t count = static_cast<std::size_t>(info.dimensions.x) *
+                                      static_cast<std::size_t>(info.dimensions.y) *
+                                      static_cast<std::size_t>(info.dimensions.z);
+            info.values = summarised([&](auto&& visit) {
+                for (const Value value : std::span<const Value>(voxels.get(), count))
+                    visit(static_cast<double>(value), 1);
+            });
+            if (const auto finite = checkFinite(info.values); !finite)
+                return tl::unexpected(finite.error());
+            if (const auto stopped = checkStop(options); !stopped)
+                return tl::unexpected(stopped.error());
+            info.suggestedIsovalue = otsuThreshold(info.values);
+            auto field = std::make_shared<const VolumeField<Value>>(info.dimensions, voxels);
+            info.memoryBytes = field->memoryBytes();
+            volume.field = std::move(field);
+            return std::move(volume);
+        },
+        dense.voxels);
+}
+#endif
+
+core::Result<LoadedVolume>
+loadDense(const std::filesystem::path& path, VolumeFormat format, const LoadOptions& options)
+{
+    const auto header = format == VolumeFormat::nrrd    ? readNrrdHeader(path)
+                        : format == VolumeFormat::nifti ? readNiftiHeader(path)
+                                                        : readMetaImageHeader(path);
+    if (!header)
+        return tl::unexpected(header.error());
+    if (const auto checked = checkHeader(*header, options.memoryLimit); !checked)
+        return tl::unexpected(checked.error());
+    if (format != VolumeFormat::nrrd) {
+        if (const auto checked = checkCompressedData(*header); !checked)
+            return tl::unexpected(checked.error());
+    }
+#ifdef ISOFRONT_WITH_ITK
+    auto dense = readThroughItk(path, format, options);
+    if (!dense)
+        return tl::unexpected(dense.error());
+    if (const auto stopped = checkStop(options); !stopped)
+        return tl::unexpected(stopped.error());
+    return denseVolume(std::move(*dense), format, options);
+#else
+    return notBuiltIn(format, "ISOFRONT_WITH_ITK");
+#endif
+}
+
+core::Result<LoadedVolume>
+loadSparse(const std::filesystem::path& path, [[maybe_unused]] const LoadOptions& options)
+{
+    const auto grids = readVdbHeader(path);
+    if (!grids)
+        return tl::unexpected(grids.error());
+#ifdef ISOFRONT_WITH_OPENVDB
+    return readThroughOpenVdb(path, *grids, options);
+#else
+    return notBuiltIn(VolumeFormat::vdb, "ISOFRONT_WITH_OPENVDB");
+#endif
+}
+
+core::Result<LoadedVolume> load(const std::filesystem::path& path, const LoadOptions& options)
+{
+    if (const auto stopped = checkStop(options); !stopped)
+        return tl::unexpected(stopped.error());
+    const auto format = formatOf(path);
+    if (!format)
+        return failure(
+            ErrorCode::usage,
+            "the extension is not one of a volume; supported are .nrrd, .nhdr, "
+            ".nii, .nii.gz, .mha, .mhd and .vdb");
+    if (const auto readable = checkReadable(path); !readable)
+        return tl::unexpected(readable.error());
+    return *format == VolumeFormat::vdb ? loadSparse(path, options)
+                                        : loadDense(path, *format, options);
+}
+
+} // namespace
+
+double fieldIsovalue(const LoadedVolume& volume, double userIsovalue)
+{
+    return volume.negated ? -userIsovalue : userIsovalue;
+}
+
+core::Result<LoadedVolume> loadVolume(const std::filesystem::path& path, const LoadOptions& options)
+{
+    const auto failed = [&](ErrorCode code, const std::string& reason) {
+        return failure(code, path.string() + ": " + reason);
+    };
+    try {
+        return load(path, options).map_error([&](const core::Error& error) {
+            return error.within(path.string());
+        });
+    } catch (const std::bad_alloc&) {
+        return failed(ErrorCode::resourceLimit, "the volume doesn't fit in memory; reduce it");
+    } catch (const std::exception& exception) {
+        return failed(
+            ErrorCode::badData, std::string("the file can't be read: ") + exception.what());
+    }
+}
+
+} // namespace isofront::volume

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <istream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace isofront::volume {
+
+/// Without white space, carriage returns included, at both ends.
+std::string_view trimmed(std::string_view text);
+/// In lower case (ASCII).
+std::string lowered(std::string_view text);
+/// One line without its end, or nothing at the end of the file or if the line is too long for a
+/// header: a binary file must not be read whole in search of a line's end.
+std::optional<std::string> readLine(std::istream& stream);
+/// A decimal integer that is all of the text.
+std::optional<std::int64_t> integerFrom(std::string_view text);
+/// Decimal integers with white space between them; nothing if there is anything else.
+std::optional<std::vector<std::int64_t>> integersFrom(std::string_view text);
+
+} // namespace isofront::volume

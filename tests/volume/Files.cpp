@@ -1,0 +1,171 @@
+#include "volume/Files.h"
+
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+namespace isofront::test {
+
+TemporaryFolder::TemporaryFolder()
+{
+    static std::atomic<int> count = 0;
+    _path = std::filesystem::temp_directory_path() /
+            ("isofront-volume-" + std::to_string(getpid()) + "-" + std::to_string(count++));
+    std::filesystem::create_directories(_path);
+}
+
+TemporaryFolder::~TemporaryFolder()
+{
+    std::error_code ignored;
+    std::filesystem::remove_all(_path, ignored);
+}
+
+std::filesystem::path TemporaryFolder::file(const std::string& name, const std::string& bytes) const
+{
+    std::ofstream stream(_path / name, std::ios::binary);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    return _path / name;
+}
+
+namespace {
+
+std::string deflated(const std::string& bytes, int windowBits)
+{
+    z_stream stream{};
+    if (deflateInit2(&stream, 6, Z_DEFLATED, windowBits, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+        throw std::runtime_error("zlib failed");
+    std::string packed(bytes.size() + 1024, '\0');
+    std::string source = bytes;
+    stream.next_in = reinterpret_cast<Bytef*>(source.data());
+    stream.avail_in = static_cast<uInt>(source.size());
+    stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+    stream.avail_out = static_cast<uInt>(packed.size());
+    deflate(&stream, Z_FINISH);
+    packed.resize(stream.total_out);
+    deflateEnd(&stream);
+    return packed;
+}
+
+} // namespace
+
+std::string gzipped(const std::string& bytes)
+{
+    return deflated(bytes, MAX_WBITS + 16);
+}
+
+std::string zlibbed(const std::string& bytes)
+{
+    return deflated(bytes, MAX_WBITS);
+}
+
+std::string nrrdHeader(
+    const std::string& type,
+    const std::string& sizes,
+    const std::string& encoding,
+    const std::string& extra)
+{
+    const auto axes = 1 + std::count(sizes.begin(), sizes.end(), ' ');
+    return "NRRD0004\n# made by a test\ntype: " + type + "\ndimension: " + std::to_string(axes) +
+           "\nsizes: " + sizes + "\nencoding: " + encoding + "\nendian: little\n" + extra + "\n";
+}
+
+std::string metaHeader(const std::string& sizes, const std::string& extra, const std::string& data)
+{
+    return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+           "Offset = 5 6 7\nElementSpacing = 2 3 4\nTransformMatrix = 0 1 0 -1 0 0 0 0 1\nDimSize "
+           "= " +
+           sizes + "\nElementType = MET_UCHAR\n" + extra + "ElementDataFile = " + data + "\n";
+}
+
+std::string niftiHeader(const NiftiOptions& options)
+{
+    std::string bytes(352, '\0');
+    const auto put = [&](std::size_t offset, auto value) {
+        std::memcpy(bytes.data() + offset, &value, sizeof value);
+    };
+    put(0, std::int32_t{348});
+    put(40, static_cast<std::int16_t>(options.dimensions.size()));
+    for (std::size_t axis = 0; axis < 7; ++axis)
+        put(42 + 2 * axis,
+            axis < options.dimensions.size() ? options.dimensions[axis] : std::int16_t{1});
+    put(70, options.type);
+    put(72, options.bits);
+    put(76, 1.0F);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        put(80 + 4 * axis, options.spacing[axis]);
+    put(108, options.offset);
+    put(112, options.slope);
+    put(116, options.intercept);
+    put(254, std::int16_t{1}); // the sform holds scanner coordinates
+    for (std::size_t i = 0; i < 12; ++i)
+        put(280 + 4 * i, options.affine[i]);
+    std::memcpy(bytes.data() + 344, "n+1", 4);
+    return bytes;
+}
+
+float sampleAt(const fields::Field& field, glm::dvec3 point)
+{
+    float value = 0;
+    field.sample(
+        {std::span(&point.x, 1), std::span(&point.y, 1), std::span(&point.z, 1)},
+        std::span(&value, 1));
+    return value;
+}
+
+std::size_t countExcludedSamples(
+    const fields::Field& field, const core::Box& range, std::size_t boxes, std::uint32_t seed)
+{
+    constexpr std::size_t kPoints = 64;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    std::vector<double> x(kPoints);
+    std::vector<double> y(kPoints);
+    std::vector<double> z(kPoints);
+    std::vector<float> values(kPoints);
+    std::size_t excluded = 0;
+    const glm::dvec3 margin = 0.25 * range.size() + 1.0;
+    for (std::size_t b = 0; b < boxes; ++b) {
+        core::Box box;
+        const double scale = std::pow(unit(random), 3.0); // mostly small boxes
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double from = range.low[axis] - margin[axis];
+            const double size = range.size()[axis] + 2 * margin[axis];
+            box.low[axis] = from + size * unit(random);
+            box.high[axis] = box.low[axis] + size * scale * unit(random);
+            if (b % 3 == 0) { // on voxel planes
+                box.low[axis] = std::round(box.low[axis]);
+                box.high[axis] = std::max(std::round(box.high[axis]), box.low[axis]);
+            }
+        }
+        const auto between = [&](std::size_t axis) {
+            const double t = unit(random);
+            // The corners and faces of the box are part of it.
+            return t < 0.1 ? box.low[axis]
+                   : t > 0.9
+                       ? box.high[axis]
+                       : std::min(box.high[axis], box.low[axis] + unit(random) * box.size()[axis]);
+        };
+        for (std::size_t i = 0; i < kPoints; ++i) {
+            x[i] = between(0);
+            y[i] = between(1);
+            z[i] = between(2);
+        }
+        field.sample({x, y, z}, values);
+        const core::Interval bounds = field.bounds(box, {0, 0});
+        for (const float value : values) {
+            const double cleaned =
+                std::isnan(value) ? -std::numeric_limits<double>::infinity() : double{value};
+            if (!bounds.contains(cleaned))
+                ++excluded;
+        }
+    }
+    return excluded;
+}
+
+} // namespace isofront::test

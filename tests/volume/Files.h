@@ -1,0 +1,79 @@
+#pragma once
+
+#include <isofront/core/Box.h>
+#include <isofront/fields/Field.h>
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace isofront::test {
+
+/// A folder of its own, gone at the end of the test.
+class TemporaryFolder {
+public:
+    TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    ~TemporaryFolder();
+
+    /// Writes a file with these bytes and returns its path.
+    [[nodiscard]] std::filesystem::path
+    file(const std::string& name, const std::string& bytes) const;
+    [[nodiscard]] std::filesystem::path path(const std::string& name) const { return _path / name; }
+
+private:
+    std::filesystem::path _path;
+};
+
+template <typename T>
+std::string bytesOf(const std::vector<T>& values)
+{
+    std::string bytes(values.size() * sizeof(T), '\0');
+    std::memcpy(bytes.data(), values.data(), bytes.size());
+    return bytes;
+}
+
+std::string gzipped(const std::string& bytes);
+std::string zlibbed(const std::string& bytes);
+
+/// The text of an NRRD header with its blank line; `extra` is lines of further fields.
+std::string nrrdHeader(
+    const std::string& type,
+    const std::string& sizes,
+    const std::string& encoding = "raw",
+    const std::string& extra = "");
+
+std::string metaHeader(
+    const std::string& sizes, const std::string& extra = "", const std::string& data = "LOCAL");
+
+struct NiftiOptions {
+    std::vector<std::int16_t> dimensions = {4, 4, 4};
+    std::int16_t type = 2;
+    std::int16_t bits = 8;
+    /// Rows of the sform, RAS.
+    std::array<float, 12> affine = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    std::array<float, 3> spacing = {1, 1, 1};
+    float slope = 0;
+    float intercept = 0;
+    float offset = 352;
+};
+/// A NIfTI-1 header and the four bytes after it.
+std::string niftiHeader(const NiftiOptions& options);
+
+/// One sample of a field.
+float sampleAt(const fields::Field& field, glm::dvec3 point);
+
+/// Counts the samples at random points of random boxes that the bounds of the box exclude. NaN
+/// counts as -infinity. The boxes reach out of `range` by a quarter of its size.
+std::size_t countExcludedSamples(
+    const fields::Field& field, const core::Box& range, std::size_t boxes, std::uint32_t seed);
+
+} // namespace isofront::test
