@@ -15,7 +15,6 @@
 #endif
 
 #include <cerrno>
-#include <cstring>
 #include <exception>
 #include <fstream>
 #include <new>
@@ -57,8 +56,7 @@ core::Result<void> checkReadable(const std::filesystem::path& path)
     if (!std::ifstream(path, std::ios::binary))
         return failure(
             ErrorCode::inputOutput,
-            std::string("the file can't be opened: ") +
-                (errno != 0 ? std::strerror(errno) : "unknown reason"));
+            std::string("the file can't be opened: ") + std::generic_category().message(errno));
     if (std::filesystem::file_size(path, failed) == 0)
         return failure(ErrorCode::badData, "the file is empty");
     return {};

@@ -61,8 +61,8 @@ struct Extremes {
         } else {
             constexpr float kInfinity = std::numeric_limits<float>::infinity();
             return {
-                double{std::nextafter(static_cast<float>(low), -kInfinity)},
-                double{std::nextafter(static_cast<float>(high), kInfinity)}};
+                static_cast<double>(std::nextafter(static_cast<float>(low), -kInfinity)),
+                static_cast<double>(std::nextafter(static_cast<float>(high), kInfinity))};
         }
     }
 };

@@ -20,7 +20,7 @@ ValueSummary summarised(const ForEach& forEach)
     double low = HUGE_VAL;
     double high = -HUGE_VAL;
     forEach([&](double value, std::uint64_t times) {
-        if (!(std::abs(value) <= double{FLT_MAX})) {
+        if (!(std::abs(value) <= static_cast<double>(FLT_MAX))) {
             summary.nonFiniteCount += times;
             return;
         }
@@ -37,7 +37,7 @@ ValueSummary summarised(const ForEach& forEach)
     const double binsPerUnit = high > low ? double{ValueSummary::kBins} / (high - low) : 0.0;
     const bool isSpread = std::isfinite(binsPerUnit); // a range of a few denormals is not
     forEach([&](double value, std::uint64_t times) {
-        if (!(std::abs(value) <= double{FLT_MAX}))
+        if (!(std::abs(value) <= static_cast<double>(FLT_MAX)))
             return;
         const double position = isSpread ? (value - low) * binsPerUnit : 0.0;
         summary.histogram[std::min(static_cast<std::size_t>(position), kLastBin)] += times;

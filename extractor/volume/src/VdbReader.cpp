@@ -88,7 +88,7 @@ public:
                 }
             }
         }
-        return {double{low}, double{high}};
+        return {static_cast<double>(low), static_cast<double>(high)};
     }
 
     [[nodiscard]] std::uint64_t memoryBytes() const
@@ -188,7 +188,7 @@ private:
     template <typename Combine>
     static BrickTree::Ptr coarsened(const BrickTree& fine, Combine combine)
     {
-        const auto coarse = std::make_shared<BrickTree>(fine.background());
+        auto coarse = std::make_shared<BrickTree>(fine.background());
         const Reader<BrickTree> reader(fine);
         for (auto value = fine.cbeginValueOn(); value; ++value) {
             CoordBBox bricks;
