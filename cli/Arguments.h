@@ -1,0 +1,32 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+
+#include <CLI/CLI.hpp>
+#include <glm/vec3.hpp>
+
+#include <functional>
+#include <string>
+
+namespace isofront::cli {
+
+/// A command: what it is called with is in its App, and this is what it does. Returns the exit code.
+using Action = std::function<int()>;
+
+struct PictureSize {
+    int width = 1280;
+    int height = 720;
+};
+
+/// "1280x720", each side from 1 to 16384.
+core::Result<PictureSize> parseSize(const std::string& text);
+/// "1.5,-2,3e4", three finite numbers.
+core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option);
+
+// Each adds a subcommand to the app and returns what to do if it is chosen.
+Action addExtract(CLI::App& app);
+Action addInfo(CLI::App& app);
+Action addFly(CLI::App& app);
+Action addRender(CLI::App& app);
+
+} // namespace isofront::cli

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chrono>
+#include <stop_token>
+#include <string>
+
+namespace isofront::cli {
+
+/// Progress and remarks on standard error: a line that is rewritten on a terminal, otherwise a plain
+/// line every few seconds, so that a log stays readable.
+class Progress {
+public:
+    explicit Progress(bool quiet)
+        : _quiet(quiet)
+    {
+    }
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    ~Progress() { finish(); }
+
+    /// @param share  in [0, 1]; negative if it isn't known
+    void show(const std::string& what, double share);
+    /// Ends the line that is being rewritten, if there is one.
+    void finish();
+    /// One line that stays.
+    void say(const std::string& line);
+
+private:
+    bool _quiet;
+    bool _lineIsOpen = false;
+    std::chrono::steady_clock::time_point _last{};
+};
+
+/// A token that is stopped when the user interrupts the process (SIGINT, SIGTERM). A second
+/// interruption ends the process at once.
+std::stop_token interruptions();
+
+/// Prints the one line of a failure, and turns it into the process's exit code.
+int report(const core::Error& error);
+
+/// Prints a JSON object to standard output, and nothing else there.
+void print(const nlohmann::ordered_json& json);
+
+/// Digits that people read: 1234567 as "1,234,567".
+std::string grouped(std::uint64_t number);
+
+} // namespace isofront::cli

@@ -1,0 +1,186 @@
+#include "Arguments.h"
+#include "Console.h"
+#include "Source.h"
+
+#include <isofront/fields/Procedural.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+namespace isofront::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InfoArguments {
+    std::string source;
+    std::string grid;
+    bool json = false;
+};
+
+Json vectorJson(const glm::dvec3& v)
+{
+    return {v.x, v.y, v.z};
+}
+
+Json proceduralJson(const fields::ProceduralDescription& source)
+{
+    Json json;
+    json["name"] = source.name;
+    json["description"] = source.description;
+    json["parameters"] = Json::array();
+    for (const auto& parameter : source.parameters) {
+        Json p;
+        p["name"] = parameter.name;
+        p["description"] = parameter.description;
+        p["default"] = parameter.defaultValue;
+        if (!parameter.choices.empty())
+            p["choices"] = parameter.choices;
+        else
+            p["range"] = {parameter.least, parameter.most};
+        json["parameters"].push_back(p);
+    }
+    return json;
+}
+
+int listProcedural(bool asJson)
+{
+    if (asJson) {
+        Json json;
+        json["procedural"] = Json::array();
+        for (const auto& source : fields::proceduralSources())
+            json["procedural"].push_back(proceduralJson(source));
+        print(json);
+        return 0;
+    }
+    for (const auto& source : fields::proceduralSources()) {
+        std::printf("proc:%s - %s\n", source.name.c_str(), source.description.c_str());
+        for (const auto& parameter : source.parameters) {
+            std::string values;
+            for (const std::string& choice : parameter.choices)
+                values += (values.empty() ? "" : ", ") + choice;
+            if (values.empty()) {
+                char range[96];
+                std::snprintf(range, sizeof range, "%g to %g", parameter.least, parameter.most);
+                values = range;
+            }
+            std::printf(
+                "    %s=%s  %s (%s)\n", parameter.name.c_str(), parameter.defaultValue.c_str(),
+                parameter.description.c_str(), values.c_str());
+        }
+    }
+    return 0;
+}
+
+Json volumeJson(const volume::LoadedVolume& loaded)
+{
+    const volume::VolumeInfo& info = loaded.info;
+    Json json;
+    json["format"] = volume::nameOf(info.format);
+    json["dimensions"] = {info.dimensions.x, info.dimensions.y, info.dimensions.z};
+    json["voxel_type"] = volume::nameOf(info.voxelType);
+    json["spacing"] = vectorJson(info.spacing);
+    json["origin"] = vectorJson(info.origin);
+    json["direction"] = {
+        vectorJson(info.direction[0]), vectorJson(info.direction[1]), vectorJson(info.direction[2])};
+    json["value_range"] = {info.values.low, info.values.high};
+    json["non_finite_voxels"] = info.values.nonFiniteCount;
+    json["suggested_isovalue"] = info.suggestedIsovalue;
+    json["negated"] = loaded.negated;
+    json["orientation"] = info.orientation;
+    json["memory_bytes"] = info.memoryBytes;
+    if (!info.gridNames.empty()) {
+        json["grid"] = info.gridName;
+        json["grids"] = info.gridNames;
+    }
+    json["histogram"] = info.values.histogram;
+    json["notes"] = info.notes;
+    return json;
+}
+
+void printVolume(const Source& source, const volume::LoadedVolume& loaded)
+{
+    const volume::VolumeInfo& info = loaded.info;
+    const auto text = [](const glm::dvec3& v) {
+        char buffer[128];
+        std::snprintf(buffer, sizeof buffer, "%.6g %.6g %.6g", v.x, v.y, v.z);
+        return std::string(buffer);
+    };
+    std::printf("%s: %s\n", source.name.c_str(), source.description.c_str());
+    std::printf(
+        "  voxels       %d x %d x %d %s\n", info.dimensions.x, info.dimensions.y,
+        info.dimensions.z, std::string(volume::nameOf(info.voxelType)).c_str());
+    std::printf("  spacing      %s\n", text(info.spacing).c_str());
+    std::printf("  origin       %s\n", text(info.origin).c_str());
+    std::printf(
+        "  world box    %s to %s\n", text(source.worldBox.low).c_str(),
+        text(source.worldBox.high).c_str());
+    std::printf("  values       %.6g to %.6g\n", info.values.low, info.values.high);
+    if (info.values.nonFiniteCount > 0)
+        std::printf(
+            "  not finite   %s voxels\n", grouped(info.values.nonFiniteCount).c_str());
+    std::printf("  isovalue     %.6g suggested\n", info.suggestedIsovalue);
+    std::printf("  orientation  %s\n", info.orientation.c_str());
+    if (!info.gridNames.empty()) {
+        std::string names;
+        for (const std::string& name : info.gridNames)
+            names += (names.empty() ? "" : ", ") + name;
+        std::printf("  grid         %s (of: %s)\n", info.gridName.c_str(), names.c_str());
+    }
+    std::printf("  in memory    %s bytes\n", grouped(info.memoryBytes).c_str());
+    for (const std::string& note : info.notes)
+        std::printf("  note         %s\n", note.c_str());
+}
+
+int info(const InfoArguments& arguments)
+{
+    if (arguments.source == "proc:")
+        return listProcedural(arguments.json);
+    const auto source =
+        openSource(arguments.source, {.grid = arguments.grid, .stop = interruptions()});
+    if (!source)
+        return report(source.error());
+
+    if (arguments.json) {
+        Json json;
+        json["source"] = source->name;
+        json["description"] = source->description;
+        json["world_box"] = {
+            {"min", vectorJson(source->worldBox.low)}, {"max", vectorJson(source->worldBox.high)}};
+        if (source->volume)
+            json["volume"] = volumeJson(*source->volume);
+        else
+            json["isovalue"] = source->defaultIsovalue;
+        print(json);
+        return 0;
+    }
+    if (source->volume) {
+        printVolume(*source, *source->volume);
+        return 0;
+    }
+    std::printf("%s: %s\n", source->name.c_str(), source->description.c_str());
+    std::printf(
+        "  domain    %g %g %g, edge %g\n", source->domain.origin.x, source->domain.origin.y,
+        source->domain.origin.z, source->domain.edge);
+    std::printf("  isovalue  %g\n", source->defaultIsovalue);
+    return 0;
+}
+
+} // namespace
+
+Action addInfo(CLI::App& app)
+{
+    auto arguments = std::make_shared<InfoArguments>();
+    CLI::App* command = app.add_subcommand(
+        "info", "Tell what a source holds; 'info proc:' lists procedural sources");
+    command->add_option("SOURCE", arguments->source, "volume file, proc:NAME or proc:")->required();
+    command->add_option("--grid", arguments->grid, "which grid of a VDB file");
+    command->add_flag("--json", arguments->json, "one JSON object on standard output");
+    return [arguments] { return info(*arguments); };
+}
+
+} // namespace isofront::cli

@@ -1,0 +1,111 @@
+#include "Source.h"
+
+#include <isofront/fields/Procedural.h>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string_view>
+#include <utility>
+
+namespace isofront::cli {
+
+namespace {
+
+constexpr std::string_view kProcedural = "proc:";
+
+/// Looks along the second axis and a little down, from where a box fills the view.
+void lookAt(Source& source)
+{
+    const glm::dvec3 centre = source.worldBox.centre();
+    const double reach = glm::length(source.worldBox.size());
+    source.target = centre;
+    source.eye = centre + reach * glm::normalize(glm::dvec3(0.45, -1.0, 0.4));
+}
+
+core::Box worldBoxOf(const core::Box& box, const core::Affine& map)
+{
+    core::Box world;
+    for (unsigned corner = 0; corner < 8; ++corner)
+        world.include(map.point(
+            {(corner & 1U) != 0 ? box.high.x : box.low.x,
+             (corner & 2U) != 0 ? box.high.y : box.low.y,
+             (corner & 4U) != 0 ? box.high.z : box.low.z}));
+    return world;
+}
+
+core::Result<Source> openProcedural(const std::string& text)
+{
+    const std::string spec = text.substr(kProcedural.size());
+    const std::size_t question = spec.find('?');
+    const std::string name = spec.substr(0, question);
+    std::map<std::string, std::string> parameters;
+    if (question != std::string::npos) {
+        std::size_t begin = question + 1;
+        while (begin <= spec.size()) {
+            const std::size_t end = std::min(spec.find('&', begin), spec.size());
+            const std::string pair = spec.substr(begin, end - begin);
+            const std::size_t equals = pair.find('=');
+            if (equals == std::string::npos || equals == 0)
+                return core::failure(
+                    core::ErrorCode::usage,
+                    text + ": parameters are written ?key=value&key=value, not '" + pair + "'");
+            if (!parameters.emplace(pair.substr(0, equals), pair.substr(equals + 1)).second)
+                return core::failure(
+                    core::ErrorCode::usage,
+                    text + ": parameter '" + pair.substr(0, equals) + "' is given twice");
+            begin = end + 1;
+        }
+    }
+    auto made = fields::makeProcedural(name, parameters);
+    if (!made)
+        return tl::unexpected<core::Error>(made.error().within(text));
+
+    Source source;
+    source.name = text;
+    source.description = made->description;
+    source.field = made->field;
+    source.domain = {made->domain.low, made->domain.size().x};
+    source.isProcedural = true;
+    source.isTerrain = name == "terrain";
+    source.defaultIsovalue = made->isovalue;
+    source.worldBox = made->domain;
+    source.eye = made->eye;
+    source.target = made->target;
+    return source;
+}
+
+core::Result<Source> openVolume(const std::string& text, const SourceOptions& options)
+{
+    auto loaded = volume::loadVolume(
+        text,
+        {.memoryLimit = options.memoryLimit, .gridName = options.grid, .stop = options.stop});
+    if (!loaded)
+        return tl::unexpected<core::Error>(loaded.error());
+
+    Source source;
+    source.name = text;
+    source.description = std::string(volume::nameOf(loaded->info.format)) + " volume";
+    source.field = loaded->field;
+    source.domain = {loaded->domainOrigin, loaded->domainEdge, loaded->worldFromIndex};
+    source.defaultIsovalue = loaded->info.suggestedIsovalue;
+    source.negated = loaded->negated;
+    source.voxel = 1.0;
+    source.worldBox = worldBoxOf(loaded->dataBox, loaded->worldFromIndex);
+    lookAt(source);
+    source.volume = std::move(*loaded);
+    return source;
+}
+
+} // namespace
+
+core::Result<Source> openSource(const std::string& text, const SourceOptions& options)
+{
+    if (text.starts_with(kProcedural))
+        return openProcedural(text);
+    return openVolume(text, options);
+}
+
+} // namespace isofront::cli
