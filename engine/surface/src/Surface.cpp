@@ -121,14 +121,14 @@ public:
         const auto deadline =
             Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                std::chrono::duration<double, std::milli>(budget.milliseconds));
-        follow(view);
-        if (!_hasView)
-            return {};
         hierarchy::RefinementBudget work;
         work.deadline = deadline;
-        const auto changes = _refinement.update(view, work);
-        if (!view.isValid())
+        if (!view.isValid()) {
+            _refinement.update(view, work); // which counts it
             return {};
+        }
+        follow(view);
+        const auto changes = _refinement.update(view, work);
         _view = view;
 
         std::vector<ExtractionQueue::Request> requests;
@@ -275,11 +275,9 @@ private:
     /// Takes over how fine the view's picture is.
     void follow(const hierarchy::View& view)
     {
-        if (!view.isValid() || view.pixelsPerUnit() == _pixelsPerUnit) {
-            _hasView = _hasView || view.isValid();
-            return;
-        }
         _hasView = true;
+        if (view.pixelsPerUnit() == _pixelsPerUnit)
+            return;
         _pixelsPerUnit = view.pixelsPerUnit();
         _refinement.setCriterion(viewCriterion(_extractor, _pixelsPerUnit, _options.pixelError));
     }
