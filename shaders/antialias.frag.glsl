@@ -15,16 +15,22 @@ float luma(vec3 c)
     return dot(c, vec3(0.299, 0.587, 0.114));
 }
 
+float lumaAt(ivec2 pixel)
+{
+    return luma(texelFetch(picture, clamp(pixel, ivec2(0), ivec2(frame.picture.xy) - 1), 0).rgb);
+}
+
 void main()
 {
     vec2 texel = frame.picture.zw;
     vec2 at = gl_FragCoord.xy * texel;
-    vec3 centre = textureLod(picture, at, 0.0).rgb;
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 centre = texelFetch(picture, pixel, 0).rgb;
     float here = luma(centre);
-    float northWest = luma(textureLod(picture, at + vec2(-1.0, -1.0) * texel, 0.0).rgb);
-    float northEast = luma(textureLod(picture, at + vec2(1.0, -1.0) * texel, 0.0).rgb);
-    float southWest = luma(textureLod(picture, at + vec2(-1.0, 1.0) * texel, 0.0).rgb);
-    float southEast = luma(textureLod(picture, at + vec2(1.0, 1.0) * texel, 0.0).rgb);
+    float northWest = lumaAt(pixel + ivec2(-1, -1));
+    float northEast = lumaAt(pixel + ivec2(1, -1));
+    float southWest = lumaAt(pixel + ivec2(-1, 1));
+    float southEast = lumaAt(pixel + ivec2(1, 1));
     float least = min(here, min(min(northWest, northEast), min(southWest, southEast)));
     float most = max(here, max(max(northWest, northEast), max(southWest, southEast)));
     if (most - least < max(0.04, 0.125 * most)) {

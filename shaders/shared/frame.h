@@ -1,5 +1,5 @@
-// What the shaders know of a frame. Every member is a vector of four, so that the layouts of C++ and
-// of GLSL's std140 agree.
+// What the shaders know of a frame. Every member is a vector of four, so that the layouts of C++
+// and of GLSL's std140 agree.
 #ifndef ISOFRONT_SHARED_FRAME_H
 #define ISOFRONT_SHARED_FRAME_H
 
@@ -8,8 +8,8 @@
 ISOFRONT_SHARED_BEGIN
 
 struct Frame {
-    // Rows that take a difference of grid points to clip x, y and w [world / grid unit]. In the w of
-    // the first: clip z, the distance of the near plane [world].
+    // Rows that take a difference of grid points to clip x, y and w [world / grid unit]. In the w
+    // of the first: clip z, the distance of the near plane [world].
     vec4 clipX;
     vec4 clipY;
     vec4 clipW;

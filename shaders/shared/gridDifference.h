@@ -16,8 +16,8 @@ ISOFRONT_SHARED_BEGIN
 /// @param eyeLow, eyeHigh  the eye [grid units], the words of a signed number within +-2^62
 ///
 /// 64-bit numbers are two words with a carry, since GPUs need not have 64-bit integers.
-ISOFRONT_SHARED_FUNCTION float gridDifference(
-    uint low, uint position, uint exponent, uint eyeLow, uint eyeHigh)
+ISOFRONT_SHARED_FUNCTION float
+gridDifference(uint low, uint position, uint exponent, uint eyeLow, uint eyeHigh)
 {
     // A lattice unit is 2^15 grid units.
     uint cornerLow = low << 15u;

@@ -3,8 +3,8 @@
 #define ISOFRONT_SHARED_TYPES_H
 
 #ifdef __cplusplus
-#include <glm/vec4.hpp>
 #include <glm/ext/vector_uint4.hpp>
+#include <glm/vec4.hpp>
 
 #include <cstdint>
 

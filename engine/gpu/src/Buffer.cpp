@@ -37,8 +37,8 @@ bool hasSharedMemory(const Device& device)
     return device.hasMemory(kShared) && device.description().kind != DeviceKind::discrete;
 }
 
-core::Result<Buffer> Buffer::create(
-    Device& device, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind)
+core::Result<Buffer>
+Buffer::create(Device& device, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind)
 {
     ISOFRONT_ASSERT(bytes > 0, "a buffer needs a size");
     Buffer buffer;

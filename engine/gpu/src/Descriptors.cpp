@@ -6,8 +6,8 @@
 
 namespace isofront::gpu {
 
-core::Result<DescriptorSets> DescriptorSets::create(
-    Device& device, std::span<const Binding> bindings, std::uint32_t count)
+core::Result<DescriptorSets>
+DescriptorSets::create(Device& device, std::span<const Binding> bindings, std::uint32_t count)
 {
     DescriptorSets sets;
     sets._device = device.handle();

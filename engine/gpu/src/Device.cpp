@@ -25,10 +25,7 @@ std::string wantedDevice(const DeviceOptions& options)
 
 } // namespace
 
-Device::Device(std::unique_ptr<Instance> instance)
-    : _instance(std::move(instance))
-{
-}
+Device::Device(std::unique_ptr<Instance> instance) : _instance(std::move(instance)) {}
 
 core::Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options)
 {
@@ -165,8 +162,8 @@ void Device::clearValidationMessages()
     _instance->clearMessages();
 }
 
-core::Result<VkDeviceMemory> Device::allocate(
-    const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties)
+core::Result<VkDeviceMemory>
+Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties)
 {
     for (std::uint32_t type = 0; type < _memory.memoryTypeCount; ++type) {
         const bool allowed = (requirements.memoryTypeBits & (1U << type)) != 0;

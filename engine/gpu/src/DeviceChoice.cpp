@@ -29,7 +29,10 @@ std::optional<std::size_t> asIndex(const std::string& text)
 int rankOf(DeviceKind kind)
 {
     constexpr std::array kOrder{
-        DeviceKind::discrete, DeviceKind::integrated, DeviceKind::virtualised, DeviceKind::cpu,
+        DeviceKind::discrete,
+        DeviceKind::integrated,
+        DeviceKind::virtualised,
+        DeviceKind::cpu,
         DeviceKind::other};
     return static_cast<int>(std::find(kOrder.begin(), kOrder.end(), kind) - kOrder.begin());
 }
@@ -80,8 +83,8 @@ const char* nameOf(DeviceKind kind)
     }
 }
 
-core::Result<std::size_t> chooseDevice(
-    std::span<const DeviceDescription> devices, const std::string& wanted)
+core::Result<std::size_t>
+chooseDevice(std::span<const DeviceDescription> devices, const std::string& wanted)
 {
     const std::string pattern = lowered(wanted);
     std::optional<std::size_t> best;

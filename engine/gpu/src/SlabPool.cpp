@@ -8,9 +8,7 @@
 namespace isofront::gpu {
 
 SlabPool::SlabPool(std::uint32_t slabs, std::uint32_t slabUnits)
-    : _slabUnits(slabUnits),
-      _freeSlabs(slabs),
-      _slabs(slabs)
+    : _slabUnits(slabUnits), _freeSlabs(slabs), _slabs(slabs)
 {
     ISOFRONT_ASSERT(
         slabs > 0 && slabUnits > 0 && std::uint64_t{slabs} * slabUnits < (1ULL << 32U),
@@ -137,7 +135,8 @@ void SlabPool::release(Range range)
 
     Slab& slab = _slabs[index];
     ISOFRONT_ASSERT(
-        !slab.isRun && slab.used >= range.count, "a range that was not allocated, or twice released");
+        !slab.isRun && slab.used >= range.count,
+        "a range that was not allocated, or twice released");
     takeFromOpen(index);
     slab.used -= range.count;
     _used -= range.count;
@@ -151,8 +150,7 @@ void SlabPool::release(Range range)
         return gap.first > freed.first;
     });
     next = slab.gaps.insert(next, freed);
-    if (std::next(next) != slab.gaps.end() &&
-        next->first + next->count == std::next(next)->first) {
+    if (std::next(next) != slab.gaps.end() && next->first + next->count == std::next(next)->first) {
         next->count += std::next(next)->count;
         slab.gaps.erase(std::next(next));
     }

@@ -1,8 +1,11 @@
 #include "isofront/gpu/Timestamps.h"
 
+#include "isofront/gpu/Barriers.h"
 #include "isofront/gpu/Check.h"
 
 #include <isofront/core/Assert.h>
+
+#include <cstring>
 
 namespace isofront::gpu {
 
@@ -20,6 +23,14 @@ core::Result<Timestamps> Timestamps::create(Device& device, std::uint32_t capaci
     VkQueryPool pool = VK_NULL_HANDLE;
     ISOFRONT_VK(vkCreateQueryPool(device.handle(), &info, nullptr, &pool), "create a query pool");
     timestamps._pool = {device.handle(), pool};
+    core::Result<Buffer> ticks = Buffer::create(
+        device,
+        capacity * sizeof(std::uint64_t),
+        VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+        MemoryKind::readback);
+    if (!ticks)
+        return tl::unexpected(ticks.error());
+    timestamps._ticks = std::move(*ticks);
     return timestamps;
 }
 
@@ -34,24 +45,37 @@ void Timestamps::mark(VkCommandBuffer commands)
 {
     ISOFRONT_ASSERT(_marks < _capacity, "more marks than " + std::to_string(_capacity));
     if (_pool)
-        vkCmdWriteTimestamp2(
-            commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, _pool.get(), _marks);
+        vkCmdWriteTimestamp2(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, _pool.get(), _marks);
     ++_marks;
 }
 
-core::Result<std::vector<double>> Timestamps::spans() const
+void Timestamps::resolve(VkCommandBuffer commands)
+{
+    if (!_pool || _marks == 0)
+        return;
+    // Asked for through the queue: some drivers answer vkGetQueryPoolResults only once everything
+    // submitted is done, which would keep the CPU from running ahead.
+    vkCmdCopyQueryPoolResults(
+        commands,
+        _pool.get(),
+        0,
+        _marks,
+        _ticks.get(),
+        0,
+        sizeof(std::uint64_t),
+        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT);
+    memoryBarrier(commands, use::kTransferWrite, use::kHostRead);
+}
+
+std::vector<double> Timestamps::spans() const
 {
     if (_marks < 2)
-        return std::vector<double>();
+        return {};
     std::vector<double> spans(_marks - 1, 0.0);
     if (!_pool)
         return spans;
     std::vector<std::uint64_t> ticks(_marks);
-    ISOFRONT_VK(
-        vkGetQueryPoolResults(
-            _device->handle(), _pool.get(), 0, _marks, ticks.size() * sizeof(std::uint64_t),
-            ticks.data(), sizeof(std::uint64_t), VK_QUERY_RESULT_64_BIT),
-        "read its clock");
+    std::memcpy(ticks.data(), _ticks.mapped().data(), ticks.size() * sizeof(std::uint64_t));
     const std::uint32_t bits = _device->timestampBits();
     const std::uint64_t mask = bits >= 64 ? ~0ULL : (1ULL << bits) - 1;
     for (std::size_t i = 0; i < spans.size(); ++i) {

@@ -54,8 +54,7 @@ glm::dvec3 skyLightOnGround(const Daylight& day, const glm::dvec3& sun)
         const double cosine = std::sqrt(1.0 - sine * sine);
         for (int sector = 0; sector < kSectors; ++sector) {
             const double angle = 2.0 * pi * (sector + 0.5) / kSectors;
-            const glm::dvec3 direction(
-                cosine * std::cos(angle), cosine * std::sin(angle), sine);
+            const glm::dvec3 direction(cosine * std::cos(angle), cosine * std::sin(angle), sine);
             sum += skyRadiance(day, sine, glm::dot(direction, sun));
         }
     }
@@ -70,8 +69,10 @@ Daylight daylight(double sunSine, double haze)
     // Rayleigh's coefficients of air at sea level for red, green and blue (680, 550, 440 nm).
     day.airScattering = {5.8e-6, 13.5e-6, 33.1e-6};
     day.hazeScattering = glm::dvec3(1.0, 1.0, 1.05) * (1.2e-5 * haze + 1e-8);
+    // Most of what haze takes from the sun's rays it scatters onwards, so that mist is bright.
+    const double lostToHaze = 1.0 / (1.0 + 0.4 * haze);
     const glm::dvec3 depth =
-        (day.airScattering * kAirThickness + day.hazeScattering * kHazeThickness) *
+        (day.airScattering * kAirThickness + day.hazeScattering * (kHazeThickness * lostToHaze)) *
         airMass(sunSine);
     // The sun sets within the six degrees below the horizon in which the sky still glows.
     const double set = glm::smoothstep(-0.10, 0.03, sunSine);

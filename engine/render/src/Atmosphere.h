@@ -7,9 +7,9 @@ namespace isofront::render {
 /// The light of a clear day, and what makes it: the part of the atmosphere that is the same for all
 /// pixels. The shaders do the rest (shaders/include/atmosphere.glsl).
 struct Daylight {
-    glm::dvec3 sunLight{0.0};    ///< from the sun, on a surface that faces it [irradiance]
-    glm::dvec3 skyLight{0.0};    ///< from the whole sky, on level ground [irradiance / pi]
-    glm::dvec3 groundLight{0.0}; ///< that level ground sends back up [irradiance / pi]
+    glm::dvec3 sunLight{0.0};       ///< from the sun, on a surface that faces it [irradiance]
+    glm::dvec3 skyLight{0.0};       ///< from the whole sky, on level ground [irradiance / pi]
+    glm::dvec3 groundLight{0.0};    ///< that level ground sends back up [irradiance / pi]
     glm::dvec3 airScattering{0.0};  ///< [1 / m]
     glm::dvec3 hazeScattering{0.0}; ///< [1 / m]
 };

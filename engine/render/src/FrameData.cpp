@@ -43,8 +43,10 @@ shared::vec4 row(const glm::dvec3& vector, double last = 0.0)
 shared::uvec4 lowWords(const hierarchy::GridPoint& point)
 {
     return {
-        static_cast<std::uint32_t>(point.x), static_cast<std::uint32_t>(point.y),
-        static_cast<std::uint32_t>(point.z), 0};
+        static_cast<std::uint32_t>(point.x),
+        static_cast<std::uint32_t>(point.y),
+        static_cast<std::uint32_t>(point.z),
+        0};
 }
 
 shared::uvec4 highWords(const hierarchy::GridPoint& point)
@@ -68,7 +70,8 @@ GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view)
     const std::array inWorld{
         camera.forward * camera.tangentX + camera.right,
         camera.forward * camera.tangentX - camera.right,
-        camera.forward * camera.tangentY + camera.up, camera.forward * camera.tangentY - camera.up};
+        camera.forward * camera.tangentY + camera.up,
+        camera.forward * camera.tangentY - camera.up};
     for (std::size_t i = 0; i < inWorld.size(); ++i)
         result.sides[i] = glm::transpose(result.worldFromGrid) * inWorld[i];
     return result;
@@ -79,8 +82,8 @@ double defaultNearPlane(const hierarchy::Domain& domain)
     return std::ldexp(domain.edge * domain.worldFromField.stretch(), -24);
 }
 
-shared::Frame frameData(
-    const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene)
+shared::Frame
+frameData(const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene)
 {
     const Camera camera = cameraOf(view);
     const glm::dmat3 linear = worldFromGrid(domain);
@@ -98,8 +101,8 @@ shared::Frame frameData(
     frame.clipW = row(gridFromDirection * camera.forward);
     const glm::dmat3 normals = domain.worldFromField.normalMatrix();
     // Only the direction matters, so the largest column sets the scale.
-    const double scale = std::max(
-        {glm::length(normals[0]), glm::length(normals[1]), glm::length(normals[2])});
+    const double scale =
+        std::max({glm::length(normals[0]), glm::length(normals[1]), glm::length(normals[2])});
     for (std::size_t i = 0; i < 3; ++i)
         frame.worldFromNormal[i] = row(normals[i] / scale);
     frame.eyeLow = lowWords(eye);
@@ -110,8 +113,10 @@ shared::Frame frameData(
     frame.rayRight = row(camera.right * camera.tangentX);
     frame.rayDown = row(camera.up * -camera.tangentY);
     frame.picture = shared::vec4(
-        static_cast<float>(view.width), static_cast<float>(view.height),
-        static_cast<float>(1.0 / view.width), static_cast<float>(1.0 / view.height));
+        static_cast<float>(view.width),
+        static_cast<float>(view.height),
+        static_cast<float>(1.0 / view.width),
+        static_cast<float>(1.0 / view.height));
 
     // From the domain's own corner, so that a scene looks the same wherever its domain lies.
     const glm::dvec3 fromCorner = linear * glm::dvec3(eye);
@@ -137,8 +142,7 @@ shared::Frame frameData(
 
     if (scene.backdrop)
         frame.backdrop = shared::vec4(*scene.backdrop, 1.0F);
-    frame.heights =
-        shared::vec4(terrain.grassLine, terrain.snowLine, terrain.layerThickness, 0.0F);
+    frame.heights = shared::vec4(terrain.grassLine, terrain.snowLine, terrain.layerThickness, 0.0F);
     if (scene.look == Look::terrain) {
         const std::array colours{
             terrain.rock, terrain.otherRock, terrain.grass, terrain.scree, terrain.snow};

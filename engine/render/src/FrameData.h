@@ -17,8 +17,8 @@ namespace isofront::render {
 struct GridView {
     hierarchy::GridPoint eye{0}; ///< nearest grid point
     glm::dmat3 worldFromGrid{1.0};
-    /// The sides of the view pyramid, through the eye: a point at difference d from the eye is inside
-    /// of all where dot(side, d) >= 0.
+    /// The sides of the view pyramid, through the eye: a point at difference d from the eye is
+    /// inside of all where dot(side, d) >= 0.
     std::array<glm::dvec3, 4> sides{};
 };
 
@@ -28,7 +28,7 @@ GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view);
 double defaultNearPlane(const hierarchy::Domain& domain);
 
 /// What the shaders get.
-shared::Frame frameData(
-    const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene);
+shared::Frame
+frameData(const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene);
 
 } // namespace isofront::render

@@ -72,7 +72,8 @@ void copyInto(std::span<std::byte> place, const extractor::CellMesh& mesh)
     const std::size_t vertexBytes = mesh.vertices.size() * kVertexBytes;
     std::memcpy(place.data(), mesh.vertices.data(), vertexBytes);
     std::memcpy(
-        place.data() + vertexBytes, mesh.indices.data(),
+        place.data() + vertexBytes,
+        mesh.indices.data(),
         mesh.indices.size() * sizeof(std::uint16_t));
 }
 
@@ -89,10 +90,7 @@ std::uint32_t StoredCell::firstIndex() const
 }
 
 MeshStore::MeshStore(gpu::Device& device, gpu::Buffer buffer, gpu::SlabPool pool)
-    : _device(&device),
-      _buffer(std::move(buffer)),
-      _pool(std::move(pool)),
-      _uploads(device)
+    : _device(&device), _buffer(std::move(buffer)), _pool(std::move(pool)), _uploads(device)
 {
 }
 
@@ -114,7 +112,8 @@ core::Result<MeshStore> MeshStore::create(gpu::Device& device, const RendererOpt
                                      ? gpu::MemoryKind::device
                                      : gpu::MemoryKind::shared;
     core::Result<gpu::Buffer> buffer = gpu::Buffer::create(
-        device, slabs * slabUnits * kVertexBytes,
+        device,
+        slabs * slabUnits * kVertexBytes,
         VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT |
             VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
         kind);
@@ -128,8 +127,9 @@ core::Result<void> MeshStore::check(const surface::Delta& delta) const
 {
     const auto misstep = [&](const char* what) {
         return core::failure(
-            core::ErrorCode::usage, "delta " + std::to_string(delta.version) + " " + what +
-                                        "; apply every delta of one surface, in order");
+            core::ErrorCode::usage,
+            "delta " + std::to_string(delta.version) + " " + what +
+                "; apply every delta of one surface, in order");
     };
     std::unordered_set<surface::CellId, surface::CellIdHash> removed;
     for (const surface::CellId& id : delta.removed) {
@@ -325,7 +325,8 @@ core::Result<std::uint64_t> MeshStore::moveOutOfSparseSlab()
         moves.emplace_back(&cell, *to);
         found += cell.range.count;
         batch->move(
-            VkDeviceSize{cell.range.first} * kVertexBytes, VkDeviceSize{to->first} * kVertexBytes,
+            VkDeviceSize{cell.range.first} * kVertexBytes,
+            VkDeviceSize{to->first} * kVertexBytes,
             VkDeviceSize{to->count} * kVertexBytes);
     }
     // Nothing is won by opening another slab, nor while some of it only waits to be recycled.

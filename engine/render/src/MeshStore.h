@@ -24,10 +24,13 @@ struct StoredCell {
     std::uint32_t exponent = 1;
     std::uint32_t vertexCount = 0;
     std::uint32_t indexCount = 0;
-    gpu::SlabPool::Range range; ///< [vertices]
+    gpu::SlabPool::Range range;           ///< [vertices]
     hierarchy::GridPoint low{0}, high{0}; ///< box around its vertices
 
-    [[nodiscard]] std::int32_t vertexOffset() const { return static_cast<std::int32_t>(range.first); }
+    [[nodiscard]] std::int32_t vertexOffset() const
+    {
+        return static_cast<std::int32_t>(range.first);
+    }
     [[nodiscard]] std::uint32_t firstIndex() const;
 };
 

@@ -27,8 +27,8 @@ constexpr std::array kVertexAttributes{
         0, 0, VK_FORMAT_R16G16B16A16_UINT, offsetof(CellVertex, position)},
     VkVertexInputAttributeDescription{1, 0, VK_FORMAT_R16G16_SNORM, offsetof(CellVertex, normal)}};
 
-VkRenderingAttachmentInfo attachment(
-    const gpu::Image& image, VkImageLayout layout, VkAttachmentLoadOp load)
+VkRenderingAttachmentInfo
+attachment(const gpu::Image& image, VkImageLayout layout, VkAttachmentLoadOp load)
 {
     return {
         .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
@@ -48,8 +48,8 @@ void bindAll(
 
 } // namespace
 
-core::Result<Passes::Stage> Passes::makeStage(
-    gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots)
+core::Result<Passes::Stage>
+Passes::makeStage(gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots)
 {
     core::Result<gpu::DescriptorSets> sets = gpu::DescriptorSets::create(device, bindings, slots);
     if (!sets)
@@ -91,24 +91,28 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
 
     take(passes._meshPipeline, [&] {
         return gpu::makePipeline(
-            device, {.vertexShader = meshVert,
-                     .fragmentShader = meshFrag,
-                     .layout = passes._mesh.layout.get(),
-                     .vertexBindings = {&kVertexBinding, 1},
-                     .vertexAttributes = kVertexAttributes,
-                     .colourFormats = {&kSurfaceFormat, 1},
-                     .depthFormat = kDepthFormat});
+            device,
+            {.vertexShader = meshVert,
+             .fragmentShader = meshFrag,
+             .layout = passes._mesh.layout.get(),
+             .vertexBindings = {&kVertexBinding, 1},
+             .vertexAttributes = kVertexAttributes,
+             .colourFormats = {&kSurfaceFormat, 1},
+             .depthFormat = kDepthFormat});
     });
     const auto screenPipeline = [&](const Stage& stage, std::span<const std::uint32_t> shader) {
         return gpu::makePipeline(
-            device, {.vertexShader = fullscreenVert,
-                     .fragmentShader = shader,
-                     .layout = stage.layout.get(),
-                     .colourFormats = {&kPictureFormat, 1}});
+            device,
+            {.vertexShader = fullscreenVert,
+             .fragmentShader = shader,
+             .layout = stage.layout.get(),
+             .colourFormats = {&kPictureFormat, 1}});
     };
     take(passes._terrainPipeline, [&] { return screenPipeline(passes._shade, terrainFrag); });
     take(passes._studioPipeline, [&] { return screenPipeline(passes._shade, studioFrag); });
-    take(passes._antialiasPipeline, [&] { return screenPipeline(passes._antialias, antialiasFrag); });
+    take(passes._antialiasPipeline, [&] {
+        return screenPipeline(passes._antialias, antialiasFrag);
+    });
     if (error)
         return tl::unexpected(*error);
     return passes;
@@ -123,9 +127,11 @@ void Passes::bind(
     const gpu::Bound frameBound{.buffer = &frame};
     _mesh.sets.write(slot, std::array{frameBound, gpu::Bound{.buffer = &cells}});
     _shade.sets.write(
-        slot, std::array{
-                  frameBound, gpu::Bound{.image = &targets.depth, .sampler = _nearest.get()},
-                  gpu::Bound{.image = &targets.surface, .sampler = _nearest.get()}});
+        slot,
+        std::array{
+            frameBound,
+            gpu::Bound{.image = &targets.depth, .sampler = _nearest.get()},
+            gpu::Bound{.image = &targets.surface, .sampler = _nearest.get()}});
     _antialias.sets.write(
         slot,
         std::array{frameBound, gpu::Bound{.image = &targets.shaded, .sampler = _linear.get()}});
@@ -187,14 +193,9 @@ void Passes::fillScreen(
 }
 
 void Passes::shade(
-    VkCommandBuffer commands,
-    std::size_t slot,
-    const Targets& targets,
-    Look look,
-    bool last) const
+    VkCommandBuffer commands, std::size_t slot, const Targets& targets, Look look, bool last) const
 {
-    gpu::imageBarrier(
-        commands, targets.depth, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
+    gpu::imageBarrier(commands, targets.depth, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
     gpu::imageBarrier(
         commands, targets.surface, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
     const gpu::Image& target = last ? targets.picture : targets.shaded;

@@ -38,14 +38,14 @@ public:
         std::function<void(VkCommandBuffer)> issue; ///< records the draws
     };
     void drawMeshes(
-        VkCommandBuffer commands, std::size_t slot, const Targets& targets, const MeshDraw& draw) const;
-    /// @param last  true if nothing comes after: it then writes the finished picture
-    void shade(
         VkCommandBuffer commands,
         std::size_t slot,
         const Targets& targets,
-        Look look,
-        bool last) const;
+        const MeshDraw& draw) const;
+    /// @param last  true if nothing comes after: it then writes the finished picture
+    void
+    shade(VkCommandBuffer commands, std::size_t slot, const Targets& targets, Look look, bool last)
+        const;
     void antialias(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
     /// Makes the finished picture ready to be copied.
     static void finish(VkCommandBuffer commands, const Targets& targets);
@@ -55,8 +55,8 @@ private:
         gpu::DescriptorSets sets;
         gpu::PipelineLayout layout;
     };
-    static core::Result<Stage> makeStage(
-        gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots);
+    static core::Result<Stage>
+    makeStage(gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots);
     static void fillScreen(
         VkCommandBuffer commands,
         const Stage& stage,

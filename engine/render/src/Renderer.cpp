@@ -12,8 +12,8 @@
 #include <isofront/gpu/Timestamps.h>
 
 #include <algorithm>
-#include <bit>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cstring>
 #include <numeric>
@@ -52,8 +52,9 @@ std::span<T> mappedAs(const gpu::Buffer& buffer)
 core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t count)
 {
     const std::size_t room = std::bit_ceil(std::max<std::size_t>(count, 256));
-    const auto grow = [&](gpu::Buffer& buffer, std::size_t bytes, VkBufferUsageFlags usage)
-        -> core::Result<void> {
+    const auto grow = [&](gpu::Buffer& buffer,
+                          std::size_t bytes,
+                          VkBufferUsageFlags usage) -> core::Result<void> {
         if (buffer.bytes() >= bytes)
             return {};
         core::Result<gpu::Buffer> larger =
@@ -63,12 +64,13 @@ core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t cou
         buffer = std::move(*larger);
         return {};
     };
-    if (const core::Result<void> grown = grow(
-            slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    if (const core::Result<void> grown =
+            grow(slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
         !grown)
         return grown;
     return grow(
-        slot.draws, room * sizeof(VkDrawIndexedIndirectCommand),
+        slot.draws,
+        room * sizeof(VkDrawIndexedIndirectCommand),
         VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
 }
 
@@ -82,8 +84,7 @@ core::Result<Slot> makeSlot(gpu::Device& device)
     if (!timestamps)
         return tl::unexpected(timestamps.error());
     core::Result<gpu::Buffer> frame = gpu::Buffer::create(
-        device, sizeof(shared::Frame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-        gpu::MemoryKind::upload);
+        device, sizeof(shared::Frame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, gpu::MemoryKind::upload);
     if (!frame)
         return tl::unexpected(frame.error());
     return Slot{std::move(*commands), std::move(*timestamps), std::move(*frame), {}, {}};
@@ -119,25 +120,19 @@ struct Renderer::Parts {
     std::size_t nextSlot = 0;
     const Slot* lastSlot = nullptr; ///< of the last picture
     gpu::Commands copying;
-    double lastGpuMilliseconds = 0;
     std::uint64_t uploadedSinceFrame = 0;
     std::vector<std::uint32_t> order;
 
     core::Result<void> resize(int width, int height);
-    core::Result<double> gpuMilliseconds(const Slot& slot) const;
     /// Writes what the mesh pass reads, and counts it.
     void fill(const Slot& slot, FrameStats& stats) const;
     void issueDraws(VkCommandBuffer commands, const Slot& slot) const;
-    core::Result<void> record(
-        std::size_t index, const hierarchy::View& view, const Scene& scene);
+    core::Result<void> record(std::size_t index, const hierarchy::View& view, const Scene& scene);
     /// Copies an image of the last picture, four bytes a pixel.
     core::Result<std::vector<std::byte>> copied(const gpu::Image& image, const gpu::Use& now);
 };
 
-Renderer::Renderer(std::unique_ptr<Parts> parts)
-    : _parts(std::move(parts))
-{
-}
+Renderer::Renderer(std::unique_ptr<Parts> parts) : _parts(std::move(parts)) {}
 
 Renderer::~Renderer()
 {
@@ -155,7 +150,8 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
     if (!store)
         return tl::unexpected(store.error());
     core::Result<Targets> targets = Targets::create(
-        device, static_cast<std::uint32_t>(options.width),
+        device,
+        static_cast<std::uint32_t>(options.width),
         static_cast<std::uint32_t>(options.height));
     if (!targets)
         return tl::unexpected(targets.error());
@@ -214,8 +210,7 @@ double Renderer::defaultNearPlane() const
 
 core::Result<void> Renderer::Parts::resize(int width, int height)
 {
-    const VkExtent2D extent{
-        static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
+    const VkExtent2D extent{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
     if (extent.width == targets.extent().width && extent.height == targets.extent().height)
         return {};
     if (const core::Result<void> idle = device->wait(device->submitted()); !idle)
@@ -226,16 +221,6 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
     targets = std::move(*fresh);
     lastSlot = nullptr;
     return {};
-}
-
-core::Result<double> Renderer::Parts::gpuMilliseconds(const Slot& slot) const
-{
-    if (slot.commands.ticket() == 0)
-        return 0.0;
-    const core::Result<std::vector<double>> spans = slot.timestamps.spans();
-    if (!spans)
-        return tl::unexpected(spans.error());
-    return std::accumulate(spans->begin(), spans->end(), 0.0);
 }
 
 void Renderer::Parts::fill(const Slot& slot, FrameStats& stats) const
@@ -268,21 +253,28 @@ void Renderer::Parts::issueDraws(VkCommandBuffer commands, const Slot& slot) con
         const std::uint32_t most = std::max(device->limits().maxDrawIndirectCount, 1U);
         for (std::uint32_t first = 0; first < count; first += std::min(most, count - first)) {
             vkCmdDrawIndexedIndirect(
-                commands, slot.draws.get(), VkDeviceSize{first} * kStride,
-                std::min(most, count - first), kStride);
+                commands,
+                slot.draws.get(),
+                VkDeviceSize{first} * kStride,
+                std::min(most, count - first),
+                kStride);
         }
         return;
     }
     for (const VkDrawIndexedIndirectCommand& draw :
          mappedAs<VkDrawIndexedIndirectCommand>(slot.draws).first(count)) {
         vkCmdDrawIndexed(
-            commands, draw.indexCount, draw.instanceCount, draw.firstIndex, draw.vertexOffset,
+            commands,
+            draw.indexCount,
+            draw.instanceCount,
+            draw.firstIndex,
+            draw.vertexOffset,
             draw.firstInstance);
     }
 }
 
-core::Result<void> Renderer::Parts::record(
-    std::size_t index, const hierarchy::View& view, const Scene& scene)
+core::Result<void>
+Renderer::Parts::record(std::size_t index, const hierarchy::View& view, const Scene& scene)
 {
     Slot& slot = slots[index];
     const shared::Frame frame = frameData(domain, view, scene);
@@ -294,7 +286,9 @@ core::Result<void> Renderer::Parts::record(
     slot.timestamps.mark(commands);
     const bool twoSided = scene.twoSided.value_or(scene.look == Look::studio);
     passes.drawMeshes(
-        commands, index, targets,
+        commands,
+        index,
+        targets,
         {.meshes = &store.buffer(),
          .cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT,
          .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
@@ -308,6 +302,7 @@ core::Result<void> Renderer::Parts::record(
         slot.timestamps.mark(commands);
     }
     Passes::finish(commands, targets);
+    slot.timestamps.resolve(commands);
     const core::Result<gpu::Device::Ticket> ticket = slot.commands.submit();
     if (!ticket)
         return tl::unexpected(ticket.error());
@@ -334,10 +329,8 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
         return tl::unexpected(begun.error());
     const Clock::time_point start = Clock::now();
     FrameStats stats;
-    const core::Result<double> gpuTime = parts.gpuMilliseconds(slot);
-    if (!gpuTime)
-        return tl::unexpected(gpuTime.error());
-    stats.gpuMilliseconds = *gpuTime;
+    const std::vector<double> spans = slot.timestamps.spans();
+    stats.gpuMilliseconds = std::accumulate(spans.begin(), spans.end(), 0.0);
 
     visibleInto(parts.store.cells(), gridView(parts.domain, view), parts.order);
     if (const core::Result<void> room = reserveDraws(*parts.device, slot, parts.order.size());
@@ -363,21 +356,18 @@ core::Result<std::vector<PassTime>> Renderer::finish()
         return std::vector<PassTime>();
     if (const core::Result<void> waited = _parts->device->wait(slot->commands.ticket()); !waited)
         return tl::unexpected(waited.error());
-    const core::Result<std::vector<double>> spans = slot->timestamps.spans();
-    if (!spans)
-        return tl::unexpected(spans.error());
+    const std::vector<double> spans = slot->timestamps.spans();
     std::vector<PassTime> times;
-    for (std::size_t i = 0; i < spans->size(); ++i)
-        times.push_back({kPassNames[i], (*spans)[i]});
+    for (std::size_t i = 0; i < spans.size(); ++i)
+        times.push_back({kPassNames[i], spans[i]});
     return times;
 }
 
-core::Result<std::vector<std::byte>> Renderer::Parts::copied(
-    const gpu::Image& image, const gpu::Use& now)
+core::Result<std::vector<std::byte>>
+Renderer::Parts::copied(const gpu::Image& image, const gpu::Use& now)
 {
     if (lastSlot == nullptr)
-        return core::failure(
-            core::ErrorCode::usage, "there is no picture to read; draw one first");
+        return core::failure(core::ErrorCode::usage, "there is no picture to read; draw one first");
     const VkExtent2D extent = image.extent();
     const std::size_t bytes = std::size_t{extent.width} * extent.height * 4;
     core::Result<gpu::Buffer> target = gpu::Buffer::create(

@@ -2,8 +2,8 @@
 
 namespace isofront::render {
 
-core::Result<Targets> Targets::create(
-    gpu::Device& device, std::uint32_t width, std::uint32_t height)
+core::Result<Targets>
+Targets::create(gpu::Device& device, std::uint32_t width, std::uint32_t height)
 {
     struct Wanted {
         gpu::Image Targets::*image;
@@ -13,12 +13,14 @@ core::Result<Targets> Targets::create(
     constexpr VkImageUsageFlags kColour =
         VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
     const Wanted all[] = {
-        {&Targets::depth, kDepthFormat,
+        {&Targets::depth,
+         kDepthFormat,
          VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
              VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
         {&Targets::surface, kSurfaceFormat, kColour},
         {&Targets::shaded, kPictureFormat, kColour},
-        {&Targets::picture, kPictureFormat,
+        {&Targets::picture,
+         kPictureFormat,
          VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
     };
     Targets targets;

@@ -13,13 +13,13 @@ inline constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;
 
 /// The images that a frame is drawn into, all of one size.
 struct Targets {
-    gpu::Image depth;    ///< reversed: near plane / distance; 0 where there is nothing
-    gpu::Image surface;  ///< normal [world] and kind of surface, as mesh.frag.glsl writes them
-    gpu::Image shaded;   ///< sRGB, before stair steps are softened
-    gpu::Image picture;  ///< sRGB, finished
+    gpu::Image depth;   ///< reversed: near plane / distance; 0 where there is nothing
+    gpu::Image surface; ///< normal [world] and kind of surface, as mesh.frag.glsl writes them
+    gpu::Image shaded;  ///< sRGB, before stair steps are softened
+    gpu::Image picture; ///< sRGB, finished
 
-    static core::Result<Targets> create(
-        gpu::Device& device, std::uint32_t width, std::uint32_t height);
+    static core::Result<Targets>
+    create(gpu::Device& device, std::uint32_t width, std::uint32_t height);
     [[nodiscard]] VkExtent2D extent() const { return picture.extent(); }
 };
 

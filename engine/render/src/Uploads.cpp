@@ -48,8 +48,10 @@ core::Result<UploadBatch> Uploads::open(const gpu::Buffer& target, std::size_t b
         // Idle ones that are too small make room for one that fits.
         std::erase_if(_staging, [&](const Staging& s) { return s.ticket <= *completed; });
         core::Result<gpu::Buffer> buffer = gpu::Buffer::create(
-            *_device, std::bit_ceil(std::max(bytes, kLeastStaging)),
-            VK_BUFFER_USAGE_TRANSFER_SRC_BIT, gpu::MemoryKind::upload);
+            *_device,
+            std::bit_ceil(std::max(bytes, kLeastStaging)),
+            VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
+            gpu::MemoryKind::upload);
         if (!buffer)
             return tl::unexpected(buffer.error());
         _open = _staging.size();
@@ -93,7 +95,10 @@ core::Result<void> Uploads::submit(const gpu::Buffer& target, const UploadBatch&
         gpu::use::kTransferRead.access | gpu::use::kTransferWrite.access};
     if (!batch._copies.empty())
         vkCmdCopyBuffer(
-            buffer, _staging[_open].buffer.get(), target.get(), count(batch._copies),
+            buffer,
+            _staging[_open].buffer.get(),
+            target.get(),
+            count(batch._copies),
             batch._copies.data());
     if (!batch._moves.empty()) {
         gpu::memoryBarrier(buffer, gpu::use::kTransferWrite, kTransfer);

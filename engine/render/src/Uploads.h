@@ -33,10 +33,7 @@ private:
 class Uploads {
 public:
     Uploads() = default;
-    explicit Uploads(gpu::Device& device)
-        : _device(&device)
-    {
-    }
+    explicit Uploads(gpu::Device& device) : _device(&device) {}
 
     /// @param bytes  how much will be placed at most
     core::Result<UploadBatch> open(const gpu::Buffer& target, std::size_t bytes);

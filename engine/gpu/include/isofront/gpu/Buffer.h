@@ -25,8 +25,8 @@ class Buffer {
 public:
     Buffer() = default;
     /// @param bytes  its size, at least 1
-    static core::Result<Buffer> create(
-        Device& device, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind);
+    static core::Result<Buffer>
+    create(Device& device, VkDeviceSize bytes, VkBufferUsageFlags usage, MemoryKind kind);
     Buffer(Buffer&& other) noexcept { swap(other); }
     Buffer& operator=(Buffer&& other) noexcept
     {

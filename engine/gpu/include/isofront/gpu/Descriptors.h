@@ -29,8 +29,8 @@ struct Bound {
 class DescriptorSets {
 public:
     DescriptorSets() = default;
-    static core::Result<DescriptorSets> create(
-        Device& device, std::span<const Binding> bindings, std::uint32_t count);
+    static core::Result<DescriptorSets>
+    create(Device& device, std::span<const Binding> bindings, std::uint32_t count);
 
     [[nodiscard]] VkDescriptorSetLayout layout() const { return _layout.get(); }
     [[nodiscard]] VkDescriptorSet set(std::size_t index) const { return _sets[index]; }

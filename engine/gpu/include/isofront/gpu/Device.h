@@ -73,8 +73,8 @@ public:
     [[nodiscard]] std::uint64_t allocatedBytes() const { return _allocatedBytes; }
     /// Allocates memory for a resource from the first type that has all the wanted properties.
     /// Counts it; to be given back through `free`.
-    core::Result<VkDeviceMemory> allocate(
-        const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties);
+    core::Result<VkDeviceMemory>
+    allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties);
     void free(VkDeviceMemory memory, std::uint64_t bytes);
     /// True if some memory type has all these properties.
     [[nodiscard]] bool hasMemory(VkMemoryPropertyFlags properties) const;

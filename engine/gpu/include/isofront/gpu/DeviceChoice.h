@@ -37,7 +37,7 @@ core::Result<std::vector<DeviceDescription>> availableDevices();
 ///                cpu; a number: that index; "cpu": a software device; "gpu": anything but that;
 ///                otherwise a part of the name, in upper or lower case
 /// @return noDevice with the reasons of every refused device and the remedy, if none fits
-core::Result<std::size_t> chooseDevice(
-    std::span<const DeviceDescription> devices, const std::string& wanted);
+core::Result<std::size_t>
+chooseDevice(std::span<const DeviceDescription> devices, const std::string& wanted);
 
 } // namespace isofront::gpu

@@ -13,11 +13,7 @@ template <typename T, auto Destroy>
 class Handle {
 public:
     Handle() = default;
-    Handle(VkDevice device, T object)
-        : _device(device),
-          _object(object)
-    {
-    }
+    Handle(VkDevice device, T object) : _device(device), _object(object) {}
     Handle(Handle&& other) noexcept
         : _device(std::exchange(other._device, VK_NULL_HANDLE)),
           _object(std::exchange(other._object, VK_NULL_HANDLE))

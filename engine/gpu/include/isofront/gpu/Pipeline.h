@@ -9,8 +9,8 @@
 
 namespace isofront::gpu {
 
-/// What differs between our graphics pipelines. Triangles, one sample a pixel, no blending; viewport,
-/// scissor, front face and cull mode are set while recording.
+/// What differs between our graphics pipelines. Triangles, one sample a pixel, no blending;
+/// viewport, scissor, front face and cull mode are set while recording.
 struct GraphicsPipeline {
     std::span<const std::uint32_t> vertexShader;   ///< SPIR-V
     std::span<const std::uint32_t> fragmentShader; ///< SPIR-V; may be empty to draw depth alone

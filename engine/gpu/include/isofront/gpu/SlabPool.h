@@ -11,8 +11,8 @@ namespace isofront::gpu {
 
 /// Divides a pool of equal slabs into ranges. Knows nothing of what lies there.
 ///
-/// A range up to the size of a slab lies within one slab, together with others; a larger one takes a
-/// run of whole slabs for itself. A slab whose ranges are all released is free again, whatever it
+/// A range up to the size of a slab lies within one slab, together with others; a larger one takes
+/// a run of whole slabs for itself. A slab whose ranges are all released is free again, whatever it
 /// was used for before, so that the pool can't fragment below the size of a slab. Copyable, so that
 /// a failed attempt can be undone.
 ///

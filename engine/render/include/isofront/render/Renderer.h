@@ -21,10 +21,11 @@ namespace isofront::render {
 struct RendererOptions {
     int width = 1280; ///< of the first picture [px]; later ones follow their views
     int height = 720;
-    /// All memory for meshes [bytes], at least one slab; taken at once. What doesn't fit is refused.
+    /// All memory for meshes [bytes], at least one slab; taken at once. What doesn't fit is
+    /// refused.
     std::uint64_t poolBytes = 256ULL << 20U;
-    /// The pool's grain [bytes], rounded up to vertices. Larger: less waste for large meshes, more to
-    /// move when slabs are emptied.
+    /// The pool's grain [bytes], rounded up to vertices. Larger: less waste for large meshes, more
+    /// to move when slabs are emptied.
     std::uint32_t slabBytes = 384U << 10U;
     /// How many frames the CPU may run ahead of the GPU, at least 1. More: smoother, later, and
     /// removed meshes keep their memory longer.
@@ -40,7 +41,7 @@ struct UploadStats {
     std::size_t cellsAdded = 0;
     std::size_t cellsRemoved = 0;
     std::uint64_t uploadedBytes = 0;
-    std::uint64_t movedBytes = 0;  ///< inside the pool, to empty sparse slabs
+    std::uint64_t movedBytes = 0; ///< inside the pool, to empty sparse slabs
     double cpuMilliseconds = 0;
 };
 
@@ -51,8 +52,8 @@ struct PassTime {
 };
 
 struct FrameStats {
-    double cpuMilliseconds = 0; ///< to cull, record and submit; without waiting for the GPU
-    double gpuMilliseconds = 0; ///< of the last frame that is complete; 0 if there is none yet
+    double cpuMilliseconds = 0;  ///< to cull, record and submit; without waiting for the GPU
+    double gpuMilliseconds = 0;  ///< of the last frame that is complete; 0 if there is none yet
     std::uint64_t triangles = 0; ///< in the cells drawn
     std::size_t draws = 0;
     std::size_t cellsDrawn = 0;
@@ -81,7 +82,8 @@ public:
 
     /// Takes one step: all of the delta, or on failure nothing. The next frame shows it.
     ///
-    /// @return resourceLimit if the meshes don't fit into the pool; usage if the delta removes a cell
+    /// @return resourceLimit if the meshes don't fit into the pool; usage if the delta removes a
+    /// cell
     ///         that isn't there or adds one twice; badData if a mesh contradicts itself
     ///
     /// Blocks only if the pool is so full that it must wait for frames in flight.

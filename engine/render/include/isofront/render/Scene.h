@@ -14,10 +14,10 @@ enum class Look {
 
 /// A landscape's materials. Colours are linear albedos, each component in [0, 1].
 struct TerrainLook {
-    double metre = 1.0;           ///< how long a metre is [world], > 0: sets the scale of all detail
-    double baseHeight = 0.0;      ///< from where heights count, along `Scene::up` [world]
-    float grassLine = 900.0F;     ///< above it grass ends [m above the base]
-    float snowLine = 1500.0F;     ///< above it snow begins, where it is not too steep [m]
+    double metre = 1.0;       ///< how long a metre is [world], > 0: sets the scale of all detail
+    double baseHeight = 0.0;  ///< from where heights count, along `Scene::up` [world]
+    float grassLine = 900.0F; ///< above it grass ends [m above the base]
+    float snowLine = 1500.0F; ///< above it snow begins, where it is not too steep [m]
     float layerThickness = 28.0F; ///< of the rock's layers [m], > 0
     glm::vec3 rock{0.250F, 0.215F, 0.185F};
     glm::vec3 otherRock{0.340F, 0.265F, 0.200F}; ///< every other layer
@@ -38,9 +38,9 @@ struct Scene {
     Look look = Look::terrain;
     TerrainLook terrain{};
     StudioLook studio{};
-    glm::dvec3 up{0.0, 0.0, 1.0};            ///< away from the ground [world], not zero
+    glm::dvec3 up{0.0, 0.0, 1.0};              ///< away from the ground [world], not zero
     glm::dvec3 sunDirection{-0.6, 0.45, 0.42}; ///< towards the sun [world], not zero
-    float exposure = 1.0F;                   ///< factor on all light, > 0
+    float exposure = 1.0F;                     ///< factor on all light, > 0
     /// A flat colour instead of sky or wall (linear, shown as it is), to cut the object out.
     std::optional<glm::vec3> backdrop{};
     /// Shows triangles from behind, too. Not given: in the studio only.
