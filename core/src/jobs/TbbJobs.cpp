@@ -1,5 +1,6 @@
 #include "TbbJobs.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -11,7 +12,7 @@ class TbbJobs final : public Jobs {
 public:
     // One more slot than workers: the slot reserved for a calling thread that helps.
     explicit TbbJobs(std::size_t threads)
-        : _threads(threads),
+        : _threads(threads), _workers(tbb::global_control::max_allowed_parallelism, threads + 1),
           _arena(static_cast<int>(threads) + 1, 1)
     {
     }
@@ -26,9 +27,8 @@ public:
     }
     void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) override
     {
-        _arena.execute([&] {
-            tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); });
-        });
+        _arena.execute(
+            [&] { tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); }); });
     }
     void wait() override
     {
@@ -38,6 +38,7 @@ public:
 
 private:
     std::size_t _threads;
+    tbb::global_control _workers; ///< or TBB stops at the number of cores
     tbb::task_arena _arena;
     tbb::task_group _group;
 };

@@ -32,7 +32,9 @@ void Field::gradient(const SampleBatch& batch, GradientSpans gradients) const
         }
         const std::size_t samples = 6 * count;
         sample(
-            {std::span(x).first(samples), std::span(y).first(samples), std::span(z).first(samples),
+            {std::span(x).first(samples),
+             std::span(y).first(samples),
+             std::span(z).first(samples),
              std::span(radius).first(samples)},
             std::span(value).first(samples));
         for (std::size_t i = 0; i < count; ++i) {

@@ -5,8 +5,8 @@
 namespace isofront::core::detail {
 
 /// Prints the failed expectation to standard error and aborts.
-[[noreturn]] void assertionFailed(
-    const char* condition, const std::string& message, const char* file, int line);
+[[noreturn]] void
+assertionFailed(const char* condition, const std::string& message, const char* file, int line);
 
 } // namespace isofront::core::detail
 

@@ -14,9 +14,8 @@ struct Image {
 
     [[nodiscard]] const std::uint8_t* pixel(int x, int y) const
     {
-        return rgba.data() +
-               4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                    static_cast<std::size_t>(x));
+        return rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                  static_cast<std::size_t>(x));
     }
 };
 

@@ -36,6 +36,7 @@ enum class JobsBackend {
 };
 
 /// @param threads  how many; 0 means one for each core. Ignored by `inlined`.
-std::unique_ptr<Jobs> makeJobs(JobsBackend backend = JobsBackend::automatic, std::size_t threads = 0);
+std::unique_ptr<Jobs>
+makeJobs(JobsBackend backend = JobsBackend::automatic, std::size_t threads = 0);
 
 } // namespace isofront::core

@@ -23,7 +23,8 @@ using GridPoint = glm::i64vec3;
 inline GridPoint gridFromLattice(const LatticePoint& p)
 {
     return {
-        std::int64_t{p.x} << kGridBitsPerLatticeUnit, std::int64_t{p.y} << kGridBitsPerLatticeUnit,
+        std::int64_t{p.x} << kGridBitsPerLatticeUnit,
+        std::int64_t{p.y} << kGridBitsPerLatticeUnit,
         std::int64_t{p.z} << kGridBitsPerLatticeUnit};
 }
 

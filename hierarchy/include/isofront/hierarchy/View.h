@@ -6,9 +6,9 @@ namespace isofront::hierarchy {
 
 /// Where somebody looks from, in world space. A pinhole camera.
 struct View {
-    glm::dvec3 eye{0.0};               ///< [world]
-    glm::dvec3 forward{0.0, 1.0, 0.0}; ///< looking direction, any length but zero
-    glm::dvec3 up{0.0, 0.0, 1.0};      ///< not along `forward`
+    glm::dvec3 eye{0.0};                             ///< [world]
+    glm::dvec3 forward{0.0, 1.0, 0.0};               ///< looking direction, any length but zero
+    glm::dvec3 up{0.0, 0.0, 1.0};                    ///< not along `forward`
     double verticalFieldOfView = 1.0471975511965976; ///< whole angle [radians], in (0, pi)
     int width = 1280;                                ///< [px]
     int height = 720;                                ///< [px]

@@ -1,36 +1,23 @@
 #pragma once
 
 #include <isofront/extractor/CellMesh.h>
-#include <isofront/hierarchy/LatticePoint.h>
+#include <isofront/hierarchy/CellId.h>
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace isofront::surface {
 
-/// Names a cell for as long as the domain exists: the centre of its longest edge, and which of the
-/// tetrahedra around that edge it is.
-struct CellId {
-    hierarchy::LatticePoint spine;
-    std::uint8_t index = 0;
-
-    auto operator<=>(const CellId&) const = default;
-};
-
-struct CellIdHash {
-    std::size_t operator()(const CellId& id) const
-    {
-        return core::hashCombined(hierarchy::LatticePointHash{}(id.spine), id.index);
-    }
-};
+using hierarchy::CellId;
+using hierarchy::CellIdHash;
 
 /// A cell that has a surface in it.
 class ShownCell {
 public:
     ShownCell(CellId cellId, std::shared_ptr<const extractor::CellMesh> cellMesh)
-        : id(cellId),
-          _mesh(std::move(cellMesh))
+        : id(cellId), _mesh(std::move(cellMesh))
     {
     }
     CellId id;

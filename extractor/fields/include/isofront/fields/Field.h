@@ -24,8 +24,8 @@ struct GradientSpans {
 
 /// A scalar function of space that can be low-pass filtered: f(p, r).
 ///
-/// "Field space" is the space in which the field is defined: metres for a terrain, voxel indices for
-/// a volume. Solid is where the value is at or above the isovalue.
+/// "Field space" is the space in which the field is defined: metres for a terrain, voxel indices
+/// for a volume. Solid is where the value is at or above the isovalue.
 ///
 /// A field is immutable. Two calls with the same point and radius give the same bits, wherever the
 /// point stands in its batch, on every machine: neighbouring cells rely on it. Values may be
@@ -50,8 +50,8 @@ public:
     /// An interval that holds every value that `sample` can give at a point of the box with a
     /// radius in the interval, NaN excepted. Never too narrow; as tight as is cheap. What it
     /// excludes is never sampled.
-    [[nodiscard]] virtual core::Interval bounds(
-        const core::Box& box, core::Interval radius) const = 0;
+    [[nodiscard]] virtual core::Interval
+    bounds(const core::Box& box, core::Interval radius) const = 0;
 
     /// Step of the default gradient at a point that is filtered to `radius` [field].
     [[nodiscard]] virtual double differenceStep(double radius) const = 0;

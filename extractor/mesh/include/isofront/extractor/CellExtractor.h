@@ -1,0 +1,99 @@
+#pragma once
+
+#include <isofront/extractor/CellMesh.h>
+#include <isofront/extractor/VolumeMesh.h>
+#include <isofront/fields/Field.h>
+#include <isofront/hierarchy/Domain.h>
+#include <isofront/hierarchy/Tetrahedron.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace isofront::extractor {
+
+/// How cells are made into triangles. One set of values for all cells that are to fit together.
+struct ExtractionSettings {
+    /// n: lattice segments along an edge of a hexahedron; 4, 8 or 16 (1 and 2 are for tests). Time
+    /// and samples grow with n^3, triangles with n^2, and the error falls with n^2.
+    int latticeSize = 16;
+    double isovalue = 0; ///< [field units]; solid is where the field is at or above it
+    /// Scales the low-pass filter's radius: 0 samples the field as it is, 1 removes what the
+    /// lattice can't hold, more is smoother still. Trades detail for fewer artefacts and less
+    /// popping.
+    double filterStrength = 1;
+    /// Filter radius at the corners of cells, where no radius follows from the cell itself: that of
+    /// the finest cells that can occur [field].
+    double cornerRadius = 0;
+    /// Close the surface at the borders of the data and of the domain. Otherwise it ends there.
+    bool closed = false;
+    /// Don't sample cells that the field's bounds prove empty. The meshes are the same either way.
+    bool skipEmptyCells = true;
+    /// Fill in CellStats::errorRms and errorMax, at a cost of about a tenth.
+    bool estimateError = false;
+};
+
+/// A vertex on a face of the tetrahedron, and the lattice edge that it lies on: the neighbour
+/// across the face has the same vertex under the same key.
+struct BorderVertex {
+    std::uint16_t vertex = 0;
+    /// Sum of the edge's two sample points, exact [sample units].
+    std::array<std::int64_t, 3> key{};
+};
+
+/// What an extraction can tell beside its mesh.
+struct CellTrace {
+    std::vector<BorderVertex> borders;
+    double sampleSeconds = 0;
+    double contourSeconds = 0;
+    double normalSeconds = 0;
+};
+
+/// Extracts the surface in single cells, each on its own, so that the cells of any conforming front
+/// fit together to the last bit.
+///
+/// Everything on a shared face - sample points, filter radii, values, vertices, normals - is
+/// computed in double from exact integers in an order that both cells share, and vertices are
+/// snapped to a power-of-two grid that the shared face, edge or corner defines. So there is nothing
+/// to stitch, at any offset from the origin.
+///
+/// A pure function of its arguments: the same bytes on any thread.
+/// Thread: any number at once; the scratch belongs to the calling thread.
+///
+/// Source: Scholz, Bender, Dachsbacher, "Real-time isosurface extraction with view-dependent level
+/// of detail and applications", sections 3.2 and 3.3. Differs: exact borders, a generated table
+/// with unambiguous sides, vertices kept 1/64 away from samples, caps.
+class CellExtractor {
+public:
+    CellExtractor(
+        std::shared_ptr<const fields::Field> field,
+        hierarchy::Domain domain,
+        ExtractionSettings settings);
+
+    /// @param trace      if not null, receives the border vertices and the times
+    /// @param cancelled  looked at between steps; if it becomes true, nothing is returned
+    [[nodiscard]] std::optional<CellMesh> extract(
+        const hierarchy::Tetrahedron& cell,
+        CellTrace* trace = nullptr,
+        const std::atomic<bool>* cancelled = nullptr) const;
+
+    /// True if the field's bounds prove that no triangle can arise in a box [field], for any filter
+    /// radius up to that of a cell as large as the box.
+    [[nodiscard]] bool provesEmpty(const core::Box& box) const;
+
+    [[nodiscard]] const hierarchy::Domain& domain() const { return _domain; }
+    [[nodiscard]] const fields::Field& field() const { return *_field; }
+    [[nodiscard]] const ExtractionSettings& settings() const { return _settings; }
+
+private:
+    std::shared_ptr<const fields::Field> _field;
+    std::optional<core::Box> _dataBox;
+    hierarchy::Domain _domain;
+    ExtractionSettings _settings;
+    const VolumeMesh* _volumeMesh;
+};
+
+} // namespace isofront::extractor

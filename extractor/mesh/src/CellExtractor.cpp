@@ -1,0 +1,558 @@
+#include "isofront/extractor/CellExtractor.h"
+
+#include "CellGeometry.h"
+#include "Samples.h"
+#include "isofront/extractor/MarchingCubesTable.h"
+
+#include <isofront/core/Assert.h>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+
+namespace isofront::extractor {
+
+namespace {
+
+/// Crossings stay this far from both ends of their edge, or the snap would make triangles without
+/// area where samples equal the isovalue.
+constexpr double kClamp = 1.0 / 64.0;
+constexpr std::uint16_t kNoVertex = std::numeric_limits<std::uint16_t>::max();
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A mesh vertex while its cell is being made.
+struct RoughVertex {
+    hierarchy::GridPoint position{};
+    double radius = 0;        ///< filter radius there, already scaled [field]
+    glm::dvec3 fallback{0.0}; ///< normal where the field has no gradient
+    std::array<std::int64_t, 3> key{};
+    bool border = false;
+    bool cap = false;
+    bool wall =
+        false; ///< a lattice point of a cap on the domain's wall, whose normal is `fallback`
+};
+
+/// What a worker reuses from cell to cell.
+struct Scratch {
+    Samples samples;
+    std::vector<RoughVertex> vertices;
+    std::vector<std::uint16_t> vertexOfEdge;
+    std::vector<std::uint16_t> vertexOfPoint;
+    std::vector<std::uint16_t> indices;
+    std::vector<double> x, y, z, radius, gx, gy, gz;
+    std::vector<float> value;
+};
+
+/// Makes the triangles of one cell from its samples.
+class Contour {
+public:
+    Contour(
+        const CellGeometry& geometry,
+        const VolumeMesh& mesh,
+        const ExtractionSettings& settings,
+        bool hasDataBox,
+        Scratch& scratch)
+        : _geometry(geometry), _mesh(mesh), _settings(settings), _hasDataBox(hasDataBox),
+          _scratch(scratch), _samples(scratch.samples)
+    {
+        _scratch.vertices.clear();
+        _scratch.indices.clear();
+        _scratch.vertexOfEdge.assign(mesh.edges.size(), kNoVertex);
+    }
+
+    void march()
+    {
+        const MarchingCubesTable& table = MarchingCubesTable::instance();
+        const std::uint8_t* inside = _samples.inside.data();
+        for (const Hexahedron& hexahedron : _mesh.hexahedra) {
+            unsigned configuration = 0;
+            for (unsigned m = 0; m < 8; ++m)
+                configuration |= static_cast<unsigned>(inside[hexahedron.vertex[m]]) << m;
+            const MarchingCubesTable::Case& entry = table[static_cast<std::uint8_t>(configuration)];
+            for (std::size_t i = 0; i < entry.triangles; ++i) {
+                const auto& [a, b, c] = entry.edge[i];
+                emit(
+                    crossingOf(hexahedron.edge[a]),
+                    crossingOf(hexahedron.edge[b]),
+                    crossingOf(hexahedron.edge[c]));
+            }
+        }
+    }
+
+    /// Closes the surface on those faces of the cell that lie on the domain's walls.
+    void capWalls(const hierarchy::Tetrahedron& cell)
+    {
+        _scratch.vertexOfPoint.assign(_mesh.vertexCount(), kNoVertex);
+        for (std::size_t apex = 0; apex < 4; ++apex)
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                for (const std::uint32_t wall : {0U, hierarchy::kLatticeEdge}) {
+                    bool onWall = true;
+                    for (std::size_t k = 0; k < 4; ++k)
+                        onWall = onWall && (k == apex || cell.corner[k][axis] == wall);
+                    if (!onWall)
+                        continue;
+                    for (const BoundaryQuad& quad : _mesh.boundary[apex])
+                        capQuad(quad);
+                }
+    }
+
+private:
+    /// The sample point in sample units.
+    [[nodiscard]] glm::dvec3 samplePoint(std::uint16_t v) const
+    {
+        return {_samples.px[v], _samples.py[v], _samples.pz[v]};
+    }
+
+    /// The nearest point of the grid that the feature defines.
+    [[nodiscard]] hierarchy::GridPoint snapped(const glm::dvec3& p, FeatureMask feature) const
+    {
+        const int exponent = _geometry.snapExponent[feature];
+        const double toUnits =
+            std::ldexp(1.0, hierarchy::kGridBitsPerLatticeUnit - exponent) / _mesh.denominator();
+        return {
+            std::llround(p.x * toUnits) << exponent,
+            std::llround(p.y * toUnits) << exponent,
+            std::llround(p.z * toUnits) << exponent};
+    }
+
+    /// The vertex where the surface cuts an edge of the lattice; the two ends are on different
+    /// sides.
+    std::uint16_t crossingOf(std::uint16_t edge)
+    {
+        if (_scratch.vertexOfEdge[edge] != kNoVertex)
+            return _scratch.vertexOfEdge[edge];
+
+        // from the inside end to the outside end: the same for every cell that has this edge
+        auto [in, out] = _mesh.edges[edge];
+        if (_samples.inside[in] == 0)
+            std::swap(in, out);
+        const double fieldIn = double(_samples.value[in]) - _settings.isovalue;
+        const double fieldOut = double(_samples.value[out]) - _settings.isovalue;
+        double t = fieldOut < 0 ? fieldIn / (fieldIn - fieldOut) : 2.0;
+        bool cap = false;
+        if (_hasDataBox && _samples.boxDistance[out] < 0) {
+            // solid ends at the border of the data or at the surface, whichever comes first
+            const double boxIn = _samples.boxDistance[in];
+            const double boxT = boxIn / (boxIn - _samples.boxDistance[out]);
+            cap = boxT < t;
+            t = std::min(t, boxT);
+        }
+        t = std::clamp(t, kClamp, 1.0 - kClamp);
+
+        const glm::dvec3 a = samplePoint(in);
+        const glm::dvec3 b = samplePoint(out);
+        const FeatureMask feature = _mesh.edgeFeature[edge];
+        RoughVertex vertex;
+        vertex.position = snapped(a + t * (b - a), feature);
+        if (!_samples.radius.empty())
+            vertex.radius = _samples.radius[in] + t * (_samples.radius[out] - _samples.radius[in]);
+        vertex.fallback = glm::normalize(b - a);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            vertex.key[axis] =
+                static_cast<std::int64_t>(a[axis]) + static_cast<std::int64_t>(b[axis]);
+        vertex.border = feature != 0;
+        vertex.cap = cap;
+        return _scratch.vertexOfEdge[edge] = push(vertex);
+    }
+
+    /// A lattice point as a vertex of a cap on a wall.
+    std::uint16_t wallPoint(std::uint16_t point)
+    {
+        std::uint16_t& known = _scratch.vertexOfPoint[point];
+        if (known != kNoVertex)
+            return known;
+        RoughVertex vertex;
+        const glm::dvec3 p = samplePoint(point);
+        vertex.position = snapped(p, _mesh.vertexFeature[point]);
+        // outward from all walls that meet here, whichever of them is being capped
+        const double far = double(hierarchy::kLatticeEdge) * _mesh.denominator();
+        glm::dvec3 outward(0.0);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            outward[axis] = p[axis] == 0 ? -1.0 : p[axis] == far ? 1.0 : 0.0;
+            vertex.key[axis] = 2 * static_cast<std::int64_t>(p[axis]);
+        }
+        vertex.fallback = glm::normalize(outward);
+        vertex.border = true;
+        vertex.cap = true;
+        vertex.wall = true;
+        return known = push(vertex);
+    }
+
+    /// Marching squares on one side of a hexahedron, with the rule that the table has for sides: an
+    /// ambiguous one separates its inside corners.
+    void capQuad(const BoundaryQuad& quad)
+    {
+        std::array<bool, 4> in{};
+        int count = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            in[i] = _samples.inside[quad.vertex[i]] != 0;
+            count += in[i] ? 1 : 0;
+        }
+        if (count == 0)
+            return;
+        if (count == 2 && in[0] == in[2]) {
+            for (std::size_t i = 0; i < 4; ++i)
+                if (in[i])
+                    emit(
+                        crossingOf(quad.edge[(i + 3) % 4]),
+                        wallPoint(quad.vertex[i]),
+                        crossingOf(quad.edge[i]));
+            return;
+        }
+        std::array<std::uint16_t, 6> polygon{};
+        std::size_t sides = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            if (in[i])
+                polygon[sides++] = wallPoint(quad.vertex[i]);
+            if (in[i] != in[(i + 1) % 4])
+                polygon[sides++] = crossingOf(quad.edge[i]);
+        }
+        for (std::size_t i = 2; i < sides; ++i)
+            emit(polygon[0], polygon[i - 1], polygon[i]);
+    }
+
+    std::uint16_t push(const RoughVertex& vertex)
+    {
+        ISOFRONT_ASSERT(
+            _scratch.vertices.size() < kNoVertex, "16-bit indices suffice up to n = 16");
+        _scratch.vertices.push_back(vertex);
+        return static_cast<std::uint16_t>(_scratch.vertices.size() - 1);
+    }
+
+    void emit(std::uint16_t a, std::uint16_t b, std::uint16_t c)
+    {
+        const auto& v = _scratch.vertices;
+        if (!_settings.closed && v[a].cap && v[b].cap && v[c].cap)
+            return;
+        if (_geometry.mirrored)
+            std::swap(b, c);
+        _scratch.indices.insert(_scratch.indices.end(), {a, b, c});
+    }
+
+    const CellGeometry& _geometry;
+    const VolumeMesh& _mesh;
+    const ExtractionSettings& _settings;
+    bool _hasDataBox;
+    Scratch& _scratch;
+    const Samples& _samples;
+};
+
+/// Drops the vertices that no triangle uses, and keeps the order of first use.
+void compact(Scratch& scratch)
+{
+    std::vector<std::uint16_t> renamed(scratch.vertices.size(), kNoVertex);
+    std::vector<RoughVertex> kept;
+    kept.reserve(scratch.vertices.size());
+    for (std::uint16_t& index : scratch.indices) {
+        if (renamed[index] == kNoVertex) {
+            renamed[index] = static_cast<std::uint16_t>(kept.size());
+            kept.push_back(scratch.vertices[index]);
+        }
+        index = renamed[index];
+    }
+    scratch.vertices.swap(kept);
+}
+
+/// Outward normals at the snapped positions, from the field's gradient at the vertices' own radii.
+void computeNormals(
+    const fields::Field& field,
+    const hierarchy::Domain& domain,
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings,
+    Scratch& scratch,
+    CellMesh& mesh)
+{
+    const std::size_t count = scratch.vertices.size();
+    for (auto* column :
+         {&scratch.x,
+          &scratch.y,
+          &scratch.z,
+          &scratch.radius,
+          &scratch.gx,
+          &scratch.gy,
+          &scratch.gz})
+        column->resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::dvec3 p = domain.fieldFromGrid(scratch.vertices[i].position);
+        scratch.x[i] = p.x;
+        scratch.y[i] = p.y;
+        scratch.z[i] = p.z;
+        scratch.radius[i] = scratch.vertices[i].radius;
+    }
+    const std::span<const double> radius = settings.filterStrength > 0
+                                               ? std::span<const double>(scratch.radius)
+                                               : std::span<const double>();
+    field.gradient({scratch.x, scratch.y, scratch.z, radius}, {scratch.gx, scratch.gy, scratch.gz});
+
+    for (std::size_t i = 0; i < count; ++i) {
+        const RoughVertex& vertex = scratch.vertices[i];
+        glm::dvec3 normal = vertex.fallback;
+        if (vertex.cap && !vertex.wall && settings.closed) {
+            // the border of the data that is nearest faces outward
+            const glm::dvec3 p(scratch.x[i], scratch.y[i], scratch.z[i]);
+            const glm::dvec3 below = p - dataBox->low;
+            const glm::dvec3 above = dataBox->high - p;
+            double least = std::numeric_limits<double>::infinity();
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                for (const double distance : {below[axis], above[axis]})
+                    if (distance < least) {
+                        least = distance;
+                        normal = glm::dvec3(0.0);
+                        normal[axis] = distance == below[axis] ? -1.0 : 1.0;
+                    }
+        } else if (!vertex.wall) {
+            const glm::dvec3 gradient(scratch.gx[i], scratch.gy[i], scratch.gz[i]);
+            const double largest =
+                std::max({std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)});
+            // scaled first: the square of a small gradient must not vanish
+            if (largest > 0 && std::isfinite(largest))
+                normal = glm::normalize(-gradient / largest);
+        }
+        mesh.vertices[i].normal = octahedral(normal);
+    }
+}
+
+/// Distance of the triangles' centres from the surface, by one Newton step of the unfiltered field.
+void estimateError(
+    const fields::Field& field,
+    const hierarchy::Domain& domain,
+    const ExtractionSettings& settings,
+    Scratch& scratch,
+    CellMesh& mesh)
+{
+    constexpr std::size_t kMost = 128;
+    const std::size_t triangles = scratch.indices.size() / 3;
+    const std::size_t stride = (triangles + kMost - 1) / kMost;
+    // scratch holds as many places as there are vertices, which may be fewer than triangles
+    for (auto* column : {&scratch.x, &scratch.y, &scratch.z, &scratch.gx, &scratch.gy, &scratch.gz})
+        column->resize(std::max(column->size(), kMost));
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < triangles; t += stride) {
+        glm::dvec3 centre(0.0);
+        bool cap = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const RoughVertex& vertex = scratch.vertices[scratch.indices[3 * t + k]];
+            centre += domain.fieldFromGrid(vertex.position) / 3.0;
+            cap = cap && vertex.cap;
+        }
+        if (cap)
+            continue; // exact
+        scratch.x[count] = centre.x;
+        scratch.y[count] = centre.y;
+        scratch.z[count] = centre.z;
+        ++count;
+    }
+    if (count == 0)
+        return;
+    scratch.value.resize(count);
+    const fields::SampleBatch batch{
+        std::span(scratch.x).first(count),
+        std::span(scratch.y).first(count),
+        std::span(scratch.z).first(count)};
+    field.sample(batch, scratch.value);
+    field.gradient(
+        batch,
+        {std::span(scratch.gx).first(count),
+         std::span(scratch.gy).first(count),
+         std::span(scratch.gz).first(count)});
+    sanitise(scratch.value);
+    double sum = 0;
+    double most = 0;
+    const double cellSize =
+        std::ldexp(domain.gridUnit(), mesh.exponent + 14) / settings.latticeSize;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double slope = std::hypot(scratch.gx[i], scratch.gy[i], scratch.gz[i]);
+        const double residual = std::abs(double(scratch.value[i]) - settings.isovalue);
+        // a Newton step beyond a lattice edge says only that the surface is about that far
+        double error = slope > 0 ? residual / slope : cellSize;
+        error = std::isfinite(error) ? std::min(error, cellSize) : cellSize;
+        sum += error * error;
+        most = std::max(most, error);
+    }
+    mesh.stats.errorRms = static_cast<float>(std::sqrt(sum / static_cast<double>(count)));
+    mesh.stats.errorMax = static_cast<float>(most);
+}
+
+/// The box of a cell's sample points, by the very expression that places them, so that it holds
+/// them whatever the rounding.
+core::Box
+sampleBox(const CellGeometry& geometry, const hierarchy::Domain& domain, double denominator)
+{
+    const double unit = domain.latticeUnit() / denominator;
+    core::Box box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.low[axis] = domain.origin[axis] + unit * (denominator * geometry.low[axis]);
+        box.high[axis] = domain.origin[axis] + unit * (denominator * geometry.high[axis]);
+    }
+    return box;
+}
+
+bool touchesWall(const hierarchy::LatticePoint& low, const hierarchy::LatticePoint& high)
+{
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (low[axis] == 0 || high[axis] == hierarchy::kLatticeEdge)
+            return true;
+    return false;
+}
+
+/// What bounds say about a region: no triangle can arise there if all of it is on one side.
+enum class Side { inside, outside, unknown };
+
+Side sideOf(
+    const fields::Field& field,
+    const std::optional<core::Box>& dataBox,
+    double isovalue,
+    const core::Box& box,
+    core::Interval radius)
+{
+    bool holdsBorder = false;
+    if (dataBox) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (box.high[axis] < dataBox->low[axis] || box.low[axis] > dataBox->high[axis])
+                return Side::outside;
+            holdsBorder = holdsBorder || box.low[axis] < dataBox->low[axis] ||
+                          box.high[axis] > dataBox->high[axis];
+        }
+    }
+    const core::Interval values = field.bounds(box, radius);
+    if (values.high < isovalue)
+        return Side::outside;
+    if (values.low >= isovalue && !holdsBorder)
+        return Side::inside;
+    return Side::unknown;
+}
+
+} // namespace
+
+CellExtractor::CellExtractor(
+    std::shared_ptr<const fields::Field> field,
+    hierarchy::Domain domain,
+    ExtractionSettings settings)
+    : _field(std::move(field)), _dataBox(_field->dataBox()), _domain(domain), _settings(settings),
+      _volumeMesh(&VolumeMesh::ofSize(settings.latticeSize))
+{
+    ISOFRONT_ASSERT(
+        domain.edge > 0 && std::isfinite(domain.edge), "the domain's edge must be positive");
+}
+
+std::optional<CellMesh> CellExtractor::extract(
+    const hierarchy::Tetrahedron& cell, CellTrace* trace, const std::atomic<bool>* cancelled) const
+{
+    thread_local Scratch scratch;
+    const auto isCancelled = [&] {
+        return cancelled != nullptr && cancelled->load(std::memory_order_relaxed);
+    };
+
+    const VolumeMesh& mesh = *_volumeMesh;
+    const CellGeometry geometry(cell, _domain, _settings.latticeSize);
+    CellMesh result;
+    result.low = geometry.low;
+    result.exponent = static_cast<std::uint8_t>(geometry.cellExponent);
+
+    auto start = Clock::now();
+    const bool mayCap = _settings.closed && touchesWall(geometry.low, geometry.high);
+    if (_settings.skipEmptyCells) {
+        core::Interval radius{0, 0};
+        if (_settings.filterStrength > 0) {
+            const auto [least, most] = std::ranges::minmax(geometry.edgeRadius);
+            // rounding in the interpolation of radii is a few units in the last place
+            radius.low =
+                _settings.filterStrength * std::min(least, _settings.cornerRadius) * (1 - 1e-12);
+            radius.high =
+                _settings.filterStrength * std::max(most, _settings.cornerRadius) * (1 + 1e-12);
+        }
+        const Side side = sideOf(
+            *_field,
+            _dataBox,
+            _settings.isovalue,
+            sampleBox(geometry, _domain, mesh.denominator()),
+            radius);
+        if (side == Side::outside || (side == Side::inside && !mayCap)) {
+            result.stats.provedEmpty = true;
+            return result;
+        }
+    }
+
+    Samples& samples = scratch.samples;
+    samples.place(cell, geometry, _domain, mesh, _settings);
+    if (isCancelled())
+        return std::nullopt;
+    samples.take(*_field, _dataBox, _settings);
+    result.stats.samples = static_cast<std::uint32_t>(mesh.vertexCount());
+    result.stats.sanitisedSamples = samples.sanitised;
+    if (trace != nullptr)
+        trace->sampleSeconds += secondsSince(start);
+    if (isCancelled())
+        return std::nullopt;
+
+    start = Clock::now();
+    const std::size_t insideCount =
+        static_cast<std::size_t>(std::ranges::count(samples.inside, std::uint8_t{1}));
+    if (insideCount == 0 || (insideCount == samples.inside.size() && !mayCap))
+        return result;
+
+    Contour contour(geometry, mesh, _settings, _dataBox.has_value(), scratch);
+    contour.march();
+    if (mayCap)
+        contour.capWalls(cell);
+    compact(scratch);
+    const hierarchy::GridPoint corner = hierarchy::gridFromLattice(geometry.low);
+    result.vertices.resize(scratch.vertices.size());
+    result.indices.assign(scratch.indices.begin(), scratch.indices.end());
+    for (std::size_t i = 0; i < scratch.vertices.size(); ++i) {
+        const RoughVertex& rough = scratch.vertices[i];
+        CellVertex& vertex = result.vertices[i];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::int64_t local = (rough.position[axis] - corner[axis]) >> result.exponent;
+            ISOFRONT_ASSERT(local >= 0 && local <= 32768, "a vertex left its cell");
+            vertex.position[axis] = static_cast<std::uint16_t>(local);
+        }
+        vertex.flags = static_cast<std::uint16_t>(
+            (rough.border ? CellVertex::border : 0) | (rough.cap ? CellVertex::cap : 0));
+        if (trace != nullptr && rough.border)
+            trace->borders.push_back({static_cast<std::uint16_t>(i), rough.key});
+    }
+    if (trace != nullptr)
+        trace->contourSeconds += secondsSince(start);
+    if (isCancelled())
+        return std::nullopt;
+
+    start = Clock::now();
+    computeNormals(*_field, _domain, _dataBox, _settings, scratch, result);
+    if (_settings.estimateError && !scratch.indices.empty())
+        estimateError(*_field, _domain, _settings, scratch, result);
+    if (trace != nullptr)
+        trace->normalSeconds += secondsSince(start);
+    return result;
+}
+
+bool CellExtractor::provesEmpty(const core::Box& box) const
+{
+    const glm::dvec3 size = box.size();
+    const double largest = std::max({size.x, size.y, size.z});
+    core::Interval radius{0, 0};
+    if (_settings.filterStrength > 0)
+        radius.high = _settings.filterStrength *
+                      std::max(2 * largest / _settings.latticeSize, _settings.cornerRadius);
+    const Side side = sideOf(*_field, _dataBox, _settings.isovalue, box, radius);
+    if (side != Side::inside || !_settings.closed)
+        return side != Side::unknown;
+    const core::Box whole = _domain.fieldBox();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (box.low[axis] <= whole.low[axis] || box.high[axis] >= whole.high[axis])
+            return false;
+    return true;
+}
+
+} // namespace isofront::extractor

@@ -1,0 +1,112 @@
+#include "Samples.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace isofront::extractor {
+
+namespace {
+
+constexpr float kHuge = std::numeric_limits<float>::max() / 4;
+
+} // namespace
+
+std::uint32_t sanitise(std::vector<float>& values)
+{
+    std::uint32_t changed = 0;
+    for (float& value : values) {
+        if (std::abs(value) <= kHuge)
+            continue;
+        value = value > 0 ? kHuge : -kHuge; // NaN is not above zero
+        ++changed;
+    }
+    return changed;
+}
+
+void Samples::place(
+    const hierarchy::Tetrahedron& cell,
+    const CellGeometry& geometry,
+    const hierarchy::Domain& domain,
+    const VolumeMesh& mesh,
+    const ExtractionSettings& settings)
+{
+    const std::size_t count = mesh.vertexCount();
+    for (auto* column : {&px, &py, &pz, &x, &y, &z})
+        column->resize(count);
+
+    const auto& w = mesh.weightColumns;
+    const double unit = domain.latticeUnit() / mesh.denominator();
+    const auto axisInto =
+        [&](std::size_t axis, std::vector<double>& p, std::vector<double>& field) {
+            // integers below 2^53 all the way, so the order of the sum doesn't matter
+            std::array<double, 4> c{};
+            for (std::size_t k = 0; k < 4; ++k)
+                c[k] = cell.corner[k][axis];
+            const double origin = domain.origin[axis];
+            for (std::size_t i = 0; i < count; ++i) {
+                p[i] = w[0][i] * c[0] + w[1][i] * c[1] + w[2][i] * c[2] + w[3][i] * c[3];
+                field[i] = origin + unit * p[i];
+            }
+        };
+    axisInto(0, px, x);
+    axisInto(1, py, y);
+    axisInto(2, pz, z);
+
+    radius.clear();
+    if (settings.filterStrength <= 0)
+        return;
+    radius.resize(count);
+    const double* w0 = w[geometry.sorted[0]].data();
+    const double* w1 = w[geometry.sorted[1]].data();
+    const double* w2 = w[geometry.sorted[2]].data();
+    const double* w3 = w[geometry.sorted[3]].data();
+    const auto& s = geometry.edgeRadius;
+    for (std::size_t i = 0; i < count; ++i) {
+        // products of weights are exact, and so is their sum; the radii are summed in sorted order
+        const double a = w0[i] * w1[i];
+        const double b = w0[i] * w2[i];
+        const double c = w0[i] * w3[i];
+        const double d = w1[i] * w2[i];
+        const double e = w1[i] * w3[i];
+        const double f = w2[i] * w3[i];
+        const double sum = a + b + c + d + e + f;
+        const double weighted =
+            ((((s[0] * a + s[1] * b) + s[2] * c) + s[3] * d) + s[4] * e) + s[5] * f;
+        const double own = sum > 0 ? weighted / sum : settings.cornerRadius;
+        radius[i] = settings.filterStrength * own;
+    }
+}
+
+void Samples::take(
+    const fields::Field& field,
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings)
+{
+    const std::size_t count = x.size();
+    value.resize(count);
+    field.sample({x, y, z, radius}, value);
+    sanitised = sanitise(value);
+
+    inside.resize(count);
+    for (std::size_t i = 0; i < count; ++i)
+        inside[i] = double(value[i]) >= settings.isovalue ? 1 : 0;
+
+    boxDistance.clear();
+    if (!dataBox)
+        return;
+    boxDistance.resize(count);
+    const glm::dvec3& low = dataBox->low;
+    const glm::dvec3& high = dataBox->high;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double dx = std::min(x[i] - low.x, high.x - x[i]);
+        const double dy = std::min(y[i] - low.y, high.y - y[i]);
+        const double dz = std::min(z[i] - low.z, high.z - z[i]);
+        boxDistance[i] = std::min({dx, dy, dz});
+        if (boxDistance[i] < 0)
+            inside[i] = 0;
+    }
+}
+
+} // namespace isofront::extractor

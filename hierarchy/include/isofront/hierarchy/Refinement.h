@@ -1,0 +1,106 @@
+#pragma once
+
+#include <isofront/hierarchy/Criterion.h>
+#include <isofront/hierarchy/Domain.h>
+#include <isofront/hierarchy/Front.h>
+#include <isofront/hierarchy/View.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <queue>
+#include <unordered_map>
+#include <vector>
+
+namespace isofront::hierarchy {
+
+/// How much one update may do.
+struct RefinementBudget {
+    std::size_t tests = 4096;      ///< diamonds looked at
+    std::size_t operations = 4096; ///< diamonds split or merged (a closure is not cut in two)
+    std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+};
+
+/// One step of the front.
+struct FrontChange {
+    LatticePoint diamond;
+    bool split = false; ///< otherwise merged
+};
+
+struct RefinementSettings {
+    int maxLevel = kMaxLevel;
+    /// A diamond is merged only from this many times its refinement distance on. The default, one
+    /// level of the hierarchy, keeps a viewer who wavers from making work.
+    double hysteresis = 1.2599210498948732; // 2^(1/3)
+};
+
+/// Keeps a front as fine as a criterion asks for a moving viewer.
+///
+/// Each diamond is looked at again only once the viewer has travelled far enough for the decision
+/// to change, so that a steady flight costs little, whatever the size of the front. Those whose
+/// error is most visible come first.
+///
+/// Thread: one at a time.
+class Refinement {
+public:
+    Refinement(
+        Domain domain,
+        std::shared_ptr<const Criterion> criterion,
+        RefinementSettings settings = {});
+
+    /// Follows the viewer. A view that is not valid is refused: nothing changes, and it is counted.
+    /// @return the splits and merges made, in order
+    std::vector<FrontChange> update(const View& view, const RefinementBudget& budget = {});
+
+    /// Looks at everything again with another criterion.
+    void setCriterion(std::shared_ptr<const Criterion> criterion);
+
+    /// True if the last update left nothing to do for its view.
+    [[nodiscard]] bool isSettled() const { return _hasEye && _due.empty(); }
+    [[nodiscard]] const Front& front() const { return _front; }
+    [[nodiscard]] const Domain& domain() const { return _domain; }
+    [[nodiscard]] std::uint64_t refusedViews() const { return _refusedViews; }
+
+    /// How badly a diamond wants to be split: its refinement distance over its distance from the
+    /// eye; above 1 it is to be split.
+    [[nodiscard]] double urgency(const LatticePoint& diamond) const;
+
+private:
+    struct Wake {
+        double travelled; ///< path length at which the diamond is due [world]
+        LatticePoint diamond;
+
+        bool operator<(const Wake& other) const { return travelled > other.travelled; }
+    };
+    struct Due {
+        double urgency;
+        LatticePoint diamond;
+
+        bool operator<(const Due& other) const { return urgency < other.urgency; }
+    };
+
+    void moveTo(const glm::dvec3& eye);
+    void test(const LatticePoint& centre, std::vector<FrontChange>& changes);
+    /// Queues a diamond to be looked at as soon as the budget allows.
+    void touch(const LatticePoint& centre);
+    /// Lets a diamond sleep until the viewer has travelled so much further.
+    void sleep(const LatticePoint& centre, double slack);
+    [[nodiscard]] double distanceTo(const Diamond& diamond) const;
+
+    Domain _domain;
+    std::shared_ptr<const Criterion> _criterion;
+    RefinementSettings _settings;
+    double _stretch;
+    Front _front;
+    glm::dvec3 _eye{0.0};
+    bool _hasEye = false;
+    double _travelled = 0; ///< length of the viewer's path so far [world]
+    std::priority_queue<Wake> _asleep;
+    std::priority_queue<Due> _due;
+    /// When each known diamond wakes, or kDueNow: entries of the queues that differ are stale.
+    std::unordered_map<LatticePoint, double, LatticePointHash> _wakeAt;
+    std::uint64_t _refusedViews = 0;
+};
+
+} // namespace isofront::hierarchy
