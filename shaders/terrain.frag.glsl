@@ -15,47 +15,47 @@ struct Ground {
 // @param height   above the base [m]
 Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
 {
-    vec3 phase = frame.eyePhase.xyz;
     vec3 up = frame.up.xyz;
-    float broad = octave(phase, fromEye, 256.0, footprint).x;
-    float middle = octave(phase, fromEye, 32.0, footprint).x;
-    vec4 fine = octave(phase, fromEye, 4.0, footprint);
-    vec4 grain = octave(phase, fromEye, 0.5, footprint);
-    float patches = 0.6 * broad + 0.3 * middle + 0.1 * fine.x;
+    Texture t = textureAt(frame.eyePhase.xyz, fromEye, footprint);
+    float slope = dot(normal, up);
+    float steep = 1.0 - smoothstep(0.55, 0.85, slope);
 
     // Roughness that the triangles don't carry, strongest on bare rock.
-    float slope = dot(normal, up);
-    float bare = 1.0 - smoothstep(0.6, 0.85, slope);
-    vec3 bump = (0.35 * fine.yzw + 0.25 * grain.yzw) * (0.25 + 0.75 * bare);
-    vec3 bumped = normalize(normal - (bump - dot(bump, normal) * normal) * 0.5);
-    float rough = dot(bumped, up);
+    vec3 bump = t.bump - dot(t.bump, normal) * normal;
+    vec3 bumped = normalize(normal - bump * mix(0.14, 0.30, steep));
 
-    // Layers follow the height, bent a little.
+    // Layers follow the height, bent a little; thin ones within thick ones.
     float thickness = frame.heights.z;
-    float layer = (height + 10.0 * broad + 2.5 * middle) / thickness;
-    float bands = 0.5 + 0.5 * sin(6.2831853 * layer) * sin(2.71 * layer + 1.3);
-    bands *= 1.0 - smoothstep(0.2, 0.6, footprint / thickness);
-    vec3 rock = mix(frame.colours[0].rgb, frame.colours[1].rgb, smoothstep(0.25, 0.75, bands));
-    rock *= 0.85 + 0.25 * patches + 0.2 * fine.x + 0.15 * grain.x;
+    float bent = height + 14.0 * t.broad + 1.5 * t.middle;
+    float thick = layerNoise(bent / thickness) - 0.5;
+    float thin = layerNoise(bent * 5.0 / thickness + 31.0) - 0.5;
+    thick *= shownShare(footprint, thickness);
+    thin *= shownShare(footprint, 0.2 * thickness) * steep;
+    vec3 rock = mix(frame.colours[0].rgb, frame.colours[1].rgb, clamp(0.5 + 1.6 * thick, 0.0, 1.0));
+    rock *= 1.0 + 0.45 * thin + 0.18 * t.broad + 0.30 * t.middle + 0.25 * t.fine;
 
-    vec3 scree = frame.colours[3].rgb * (0.9 + 0.2 * middle + 0.25 * grain.x);
-    vec3 grass = frame.colours[2].rgb * (1.0 + 0.35 * patches + 0.25 * fine.x + 0.2 * grain.x);
-    grass = mix(grass, grass * vec3(1.9, 1.45, 1.1), smoothstep(0.0, 0.6, patches + 0.3 * middle));
-    vec3 snow = frame.colours[4].rgb * (0.97 + 0.03 * middle);
+    vec3 scree = frame.colours[3].rgb * (1.0 + 0.15 * t.broad + 0.22 * t.middle + 0.40 * t.fine);
+    // Grass is dry in places and gives way to bushes in others.
+    float dry = smoothstep(-0.1, 0.5, t.broad + 0.4 * t.middle);
+    float bushes = smoothstep(0.15, 0.35, 0.7 * t.middle - 0.5 * t.broad + 0.1 * t.fine);
+    vec3 grass = frame.colours[2].rgb * mix(vec3(1.0), vec3(2.0, 1.5, 1.3), dry);
+    grass *= 1.0 + 0.20 * t.middle + 0.35 * t.fine;
+    grass = mix(grass, frame.colours[2].rgb * vec3(0.45, 0.55, 0.6), 0.8 * bushes);
+    vec3 snow = frame.colours[4].rgb * (0.98 + 0.03 * t.middle);
 
-    float screeHere = smoothstep(0.55, 0.72, rough + 0.12 * middle);
-    float grassLine = frame.heights.x * (1.0 + 0.25 * broad + 0.08 * middle);
-    float grassHere = smoothstep(0.68, 0.82, slope + 0.1 * middle + 0.05 * fine.x) *
-                      (1.0 - smoothstep(0.85, 1.1, height / grassLine));
-    float snowLine = frame.heights.y * (1.0 + 0.15 * broad + 0.06 * middle);
-    float snowHere = smoothstep(0.95, 1.12, height / snowLine) *
-                     smoothstep(0.45, 0.62, slope + 0.08 * middle + 0.05 * fine.x);
+    float ragged = 0.10 * t.broad + 0.10 * t.middle + 0.06 * t.fine;
+    float screeHere = smoothstep(0.60, 0.76, slope + ragged);
+    float grassLine = frame.heights.x * (1.0 + 0.35 * t.broad + 0.10 * t.middle);
+    float grassHere = smoothstep(0.72, 0.84, slope + ragged) *
+                      (1.0 - smoothstep(0.80, 1.10, height / max(grassLine, 1.0)));
+    float snowLine = frame.heights.y * (1.0 + 0.18 * t.broad + 0.08 * t.middle);
+    float snowHere = smoothstep(0.94, 1.10, height / max(snowLine, 1.0)) *
+                     smoothstep(0.55, 0.70, slope + ragged);
 
     vec3 albedo = mix(rock, scree, screeHere);
     albedo = mix(albedo, grass, grassHere);
     albedo = mix(albedo, snow, snowHere);
-    vec3 shadingNormal = normalize(mix(bumped, normal, 0.8 * snowHere));
-    return Ground(albedo, shadingNormal);
+    return Ground(albedo, normalize(mix(bumped, normal, 0.75 * snowHere)));
 }
 
 vec3 litGround(Ground ground, float shadow, float openness)

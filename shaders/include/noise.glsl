@@ -56,16 +56,57 @@ vec4 noiseWithGradient(vec3 p, uint mask)
     return vec4(2.0 * value - 1.0, 2.0 * gradient);
 }
 
-// One octave: noise of a wavelength at an eye-relative place, faded where pixels are too coarse.
+// How much of a wavelength pixels of some width can show: 1 well above it, 0 from there on.
+float shownShare(float footprint, float wavelength)
+{
+    return 1.0 - smoothstep(0.15, 0.5, footprint / wavelength);
+}
+
+// Octaves of noise at a place, from broad to fine, as far as pixels can show them.
+struct Texture {
+    float broad;  // wavelengths of 256 m and 64 m
+    float middle; // 16 m and 4 m
+    float fine;   // 1 m and 0.25 m
+    vec3 bump;    // gradient of the finer ones
+};
+
 // @param phase      the eye's position modulo the period [m]
 // @param footprint  width of a pixel there [m]
-vec4 octave(vec3 phase, vec3 fromEye, float wavelength, float footprint)
+Texture textureAt(vec3 phase, vec3 fromEye, float footprint)
 {
-    float fade = 1.0 - smoothstep(0.2, 0.6, footprint / wavelength);
-    if (fade <= 0.0)
-        return vec4(0.0);
-    uint mask = uint(kNoisePeriod / wavelength) - 1u;
-    return fade * noiseWithGradient((phase + fromEye) / wavelength, mask);
+    Texture result = Texture(0.0, 0.0, 0.0, vec3(0.0));
+    float wavelength = 256.0;
+    vec3 shift = vec3(0.0);
+    // A loop rather than a list, because it ends early where all is far away.
+    for (int i = 0; i < 6 && footprint < 0.5 * wavelength; ++i) {
+        uint mask = uint(kNoisePeriod / wavelength) - 1u;
+        vec4 n = shownShare(footprint, wavelength) *
+                 noiseWithGradient((phase + fromEye) / wavelength + shift, mask);
+        float strong = (i & 1) == 0 ? 0.65 : 0.35;
+        if (i < 2)
+            result.broad += strong * n.x;
+        else if (i < 4)
+            result.middle += strong * n.x;
+        else
+            result.fine += strong * n.x;
+        result.bump += (i < 2 ? 0.0 : strong) * n.yzw;
+        wavelength *= 0.25;
+        // A part of a cell, so that the octaves' lattices don't lie on each other.
+        shift += vec3(0.37, 0.71, 0.13);
+    }
+    return result;
+}
+
+// One-dimensional noise in [0, 1].
+float layerNoise(float height)
+{
+    float base = floor(height);
+    float f = height - base;
+    uvec3 cell = uvec3(uint(int(base)), 17u, 5u);
+    float a = cornerValue(cell, 0xffffu);
+    float b = cornerValue(cell + uvec3(1, 0, 0), 0xffffu);
+    // Steps rather than waves: rock breaks in ledges.
+    return mix(a, b, smoothstep(0.55, 0.95, f));
 }
 
 #endif
