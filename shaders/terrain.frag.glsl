@@ -5,6 +5,7 @@
 #include "include/atmosphere.glsl"
 #include "include/noise.glsl"
 #include "include/shading.glsl"
+#include "include/shadow.glsl"
 
 struct Ground {
     vec3 albedo;
@@ -22,7 +23,7 @@ Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
 
     // Roughness that the triangles don't carry, strongest on bare rock.
     vec3 bump = t.bump - dot(t.bump, normal) * normal;
-    vec3 bumped = normalize(normal - bump * mix(0.14, 0.30, steep));
+    vec3 bumped = normalize(normal - bump * mix(0.12, 0.20, steep));
 
     // Layers follow the height, bent a little; thin ones within thick ones.
     float thickness = frame.heights.z;
@@ -38,7 +39,7 @@ Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
     // Grass is dry in places and gives way to bushes in others.
     float dry = smoothstep(-0.1, 0.5, t.broad + 0.4 * t.middle);
     float bushes = smoothstep(0.15, 0.35, 0.7 * t.middle - 0.5 * t.broad + 0.1 * t.fine);
-    vec3 grass = frame.colours[2].rgb * mix(vec3(1.0), vec3(2.0, 1.5, 1.3), dry);
+    vec3 grass = frame.colours[2].rgb * mix(vec3(1.0), vec3(1.9, 1.35, 1.25), dry);
     grass *= 1.0 + 0.20 * t.middle + 0.35 * t.fine;
     grass = mix(grass, frame.colours[2].rgb * vec3(0.45, 0.55, 0.6), 0.8 * bushes);
     vec3 snow = frame.colours[4].rgb * (0.98 + 0.03 * t.middle);
@@ -86,13 +87,14 @@ void main()
 
     vec4 surface = texelFetch(surfaceImage, pixel, 0);
     vec3 normal = normalize(surface.w < 0.0 ? -surface.xyz : surface.xyz);
-    vec3 fromEye = ray * (rayLength(depth) * frame.up.w);
+    vec3 fromEyeInWorld = ray * rayLength(depth);
+    vec3 fromEye = fromEyeInWorld * frame.up.w;
     float distance = length(fromEye);
     float height = frame.eyePhase.w + dot(fromEye, frame.up.xyz);
     float footprint = distance * frame.rayForward.w;
 
     Ground ground = groundAt(fromEye, height, footprint, normal);
-    vec3 light = litGround(ground, 1.0, 1.0);
+    vec3 light = litGround(ground, sunShare(fromEyeInWorld, normal), 1.0);
     vec3 kept = transmittance(distance, frame.eyePhase.w, height);
     light = light * kept + scatteredLight(direction) * (1.0 - kept);
     colour = finished(light);

@@ -5,21 +5,14 @@
 // After this many metres the noise repeats. A power of two, as are all wavelengths.
 const float kNoisePeriod = 4096.0;
 
-uint hashed(uvec3 cell)
+// From products of a cell's coordinates, of which neighbours share most, to a value in [0, 1].
+float cornerValue(uint product)
 {
-    // Source: Jarzynski, Olano, "Hash Functions for GPU Rendering", 2020 (the idea of pcg3d, one
-    // word of it).
-    uvec3 v = cell * 1664525u + 1013904223u;
-    v.x += v.y * v.z;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.x ^= v.z >> 15u;
-    return v.x * 2246822519u + v.y;
-}
-
-float cornerValue(uvec3 cell, uint mask)
-{
-    return float(hashed(cell & uvec3(mask)) >> 8u) * (1.0 / 16777216.0);
+    uint h = product ^ (product >> 15u);
+    h *= 0x2c1b3c6du;
+    h ^= h >> 12u;
+    h *= 0x297a2d39u;
+    return float(h >> 8u) * (1.0 / 16777216.0);
 }
 
 // A value in [-1, 1] and its gradient in the units of `p`.
@@ -29,17 +22,21 @@ vec4 noiseWithGradient(vec3 p, uint mask)
 {
     vec3 base = floor(p);
     vec3 f = p - base;
-    uvec3 cell = uvec3(ivec3(base));
+    uvec3 low = uvec3(ivec3(base)) & uvec3(mask);
+    uvec3 high = (low + 1u) & uvec3(mask);
     vec3 u = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
     vec3 du = 30.0 * f * f * (f * (f - 2.0) + 1.0);
-    float a = cornerValue(cell, mask);
-    float b = cornerValue(cell + uvec3(1, 0, 0), mask);
-    float c = cornerValue(cell + uvec3(0, 1, 0), mask);
-    float d = cornerValue(cell + uvec3(1, 1, 0), mask);
-    float e = cornerValue(cell + uvec3(0, 0, 1), mask);
-    float g = cornerValue(cell + uvec3(1, 0, 1), mask);
-    float h = cornerValue(cell + uvec3(0, 1, 1), mask);
-    float i = cornerValue(cell + uvec3(1, 1, 1), mask);
+    const uvec3 kPrimes = uvec3(0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du);
+    low *= kPrimes;
+    high *= kPrimes;
+    float a = cornerValue(low.x ^ low.y ^ low.z);
+    float b = cornerValue(high.x ^ low.y ^ low.z);
+    float c = cornerValue(low.x ^ high.y ^ low.z);
+    float d = cornerValue(high.x ^ high.y ^ low.z);
+    float e = cornerValue(low.x ^ low.y ^ high.z);
+    float g = cornerValue(high.x ^ low.y ^ high.z);
+    float h = cornerValue(low.x ^ high.y ^ high.z);
+    float i = cornerValue(high.x ^ high.y ^ high.z);
     float k1 = b - a;
     float k2 = c - a;
     float k3 = e - a;
@@ -89,7 +86,7 @@ Texture textureAt(vec3 phase, vec3 fromEye, float footprint)
             result.middle += strong * n.x;
         else
             result.fine += strong * n.x;
-        result.bump += (i < 2 ? 0.0 : strong) * n.yzw;
+        result.bump += (i < 2 ? 0.0 : i == 2 ? 0.25 : strong) * n.yzw;
         wavelength *= 0.25;
         // A part of a cell, so that the octaves' lattices don't lie on each other.
         shift += vec3(0.37, 0.71, 0.13);
@@ -102,9 +99,9 @@ float layerNoise(float height)
 {
     float base = floor(height);
     float f = height - base;
-    uvec3 cell = uvec3(uint(int(base)), 17u, 5u);
-    float a = cornerValue(cell, 0xffffu);
-    float b = cornerValue(cell + uvec3(1, 0, 0), 0xffffu);
+    uint layer = uint(int(base));
+    float a = cornerValue(layer * 0x9e3779b1u);
+    float b = cornerValue((layer + 1u) * 0x9e3779b1u);
     // Steps rather than waves: rock breaks in ledges.
     return mix(a, b, smoothstep(0.55, 0.95, f));
 }

@@ -44,6 +44,12 @@ struct Frame {
     // Terrain: heights above the base [m]: where grass ends, where snow begins; thickness of the
     // rock's layers [m]; amount of snow and grass.
     vec4 heights;
+    // Rows that take a difference of grid points, or a vector from the eye [world], to the shadow
+    // map: x and y in [-1, 1], z in [0, 1] and growing towards the sun. In their w: what to add.
+    vec4 shadowFromGrid[3];
+    vec4 shadowFromWorld[3];
+    // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows.
+    vec4 shadowSize;
     // Albedos, linear. Terrain: rock, a second rock, grass, scree, snow. Studio: surface, caps.
     vec4 colours[5];
 };
@@ -64,8 +70,8 @@ static_assert(offsetof(isofront::shared::Frame, rayForward) == 8 * 16);
 static_assert(offsetof(isofront::shared::Frame, eyePhase) == 12 * 16);
 static_assert(offsetof(isofront::shared::Frame, sunDirection) == 14 * 16);
 static_assert(offsetof(isofront::shared::Frame, airScattering) == 18 * 16);
-static_assert(offsetof(isofront::shared::Frame, colours) == 22 * 16);
-static_assert(sizeof(isofront::shared::Frame) == 27 * 16);
+static_assert(offsetof(isofront::shared::Frame, colours) == 29 * 16);
+static_assert(sizeof(isofront::shared::Frame) == 34 * 16);
 static_assert(sizeof(isofront::shared::DrawnCell) == 16);
 #endif
 

@@ -17,7 +17,7 @@ using std::numbers::pi;
 // As in shaders/include/atmosphere.glsl.
 constexpr double kAirThickness = 8400.0;
 constexpr double kHazeThickness = 1250.0;
-constexpr double kSunIrradiance = 10.0;
+constexpr double kSunIrradiance = 9.0;
 constexpr double kGroundAlbedo = 0.22;
 // What a clear night leaves, so that a picture without sun is dark but not black.
 constexpr double kNightLight = 0.004;

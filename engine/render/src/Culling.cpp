@@ -28,7 +28,9 @@ void visibleInto(
         const glm::dvec3 half = 0.5 * (high - low);
         bool visible = true;
         for (std::size_t side = 0; side < reach.size() && visible; ++side)
-            visible = glm::dot(view.sides[side], centre) + glm::dot(reach[side], half) >= 0;
+            visible = glm::dot(view.sides[side], centre) + glm::dot(reach[side], half) +
+                          view.offsets[side] >=
+                      0;
         if (!visible)
             continue;
         const auto distance = static_cast<float>(glm::length(view.worldFromGrid * centre));

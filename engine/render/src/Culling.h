@@ -9,7 +9,7 @@
 
 namespace isofront::render {
 
-/// Which cells may be seen, by their boxes against the view pyramid, the nearest first: what lies
+/// Which cells may be seen, by their boxes against the view's sides, the nearest first: what lies
 /// in front then hides what lies behind before it costs anything.
 ///
 /// @param order  receives indices into `cells`; reused to save allocations

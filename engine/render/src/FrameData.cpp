@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace isofront::render {
@@ -59,6 +61,20 @@ double modulo(double value, double period)
     return value - period * std::floor(value / period);
 }
 
+void setShadows(
+    shared::Frame& frame, const SunBox& box, const glm::dmat3& gridFromDirection, int texels)
+{
+    const std::array scales{1.0 / box.halfWidth, 1.0 / box.halfWidth, 0.5 / box.halfDepth};
+    const std::array middles{0.0, 0.0, 0.5};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double offset = middles[i] - box.centre[i] * scales[i];
+        frame.shadowFromWorld[i] = row(box.axes[i] * scales[i], offset);
+        frame.shadowFromGrid[i] = row(gridFromDirection * box.axes[i] * scales[i], offset);
+    }
+    frame.shadowSize = shared::vec4(
+        static_cast<float>(texels), static_cast<float>(2.0 * box.halfWidth / texels), 1.0F, 0.0F);
+}
+
 } // namespace
 
 GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view)
@@ -82,8 +98,12 @@ double defaultNearPlane(const hierarchy::Domain& domain)
     return std::ldexp(domain.edge * domain.worldFromField.stretch(), -24);
 }
 
-shared::Frame
-frameData(const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene)
+shared::Frame frameData(
+    const hierarchy::Domain& domain,
+    const hierarchy::View& view,
+    const Scene& scene,
+    const SunBox& sunBox,
+    int shadowTexels)
 {
     const Camera camera = cameraOf(view);
     const glm::dmat3 linear = worldFromGrid(domain);
@@ -140,6 +160,8 @@ frameData(const hierarchy::Domain& domain, const hierarchy::View& view, const Sc
     frame.airScattering = row(day.airScattering, kHeightOfAir);
     frame.hazeScattering = row(day.hazeScattering, kAerialStrength);
 
+    if (sunBox.casts)
+        setShadows(frame, sunBox, gridFromDirection, shadowTexels);
     if (scene.backdrop)
         frame.backdrop = shared::vec4(*scene.backdrop, 1.0F);
     frame.heights = shared::vec4(terrain.grassLine, terrain.snowLine, terrain.layerThickness, 0.0F);

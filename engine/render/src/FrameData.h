@@ -1,5 +1,6 @@
 #pragma once
 
+#include "SunBox.h"
 #include "isofront/render/Scene.h"
 #include "shared/frame.h"
 
@@ -17,18 +18,25 @@ namespace isofront::render {
 struct GridView {
     hierarchy::GridPoint eye{0}; ///< nearest grid point
     glm::dmat3 worldFromGrid{1.0};
-    /// The sides of the view pyramid, through the eye: a point at difference d from the eye is
-    /// inside of all where dot(side, d) >= 0.
+    /// The sides of what is seen: a point at difference d from the eye is inside where
+    /// dot(side, d) + offset >= 0 for all.
     std::array<glm::dvec3, 4> sides{};
+    std::array<double, 4> offsets{};
 };
 
+/// The view pyramid.
 GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view);
 
 /// The near plane of a scene that doesn't name one [world].
 double defaultNearPlane(const hierarchy::Domain& domain);
 
 /// What the shaders get.
-shared::Frame
-frameData(const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene);
+/// @param shadowTexels  along a side of the shadow map
+shared::Frame frameData(
+    const hierarchy::Domain& domain,
+    const hierarchy::View& view,
+    const Scene& scene,
+    const SunBox& sunBox,
+    int shadowTexels);
 
 } // namespace isofront::render

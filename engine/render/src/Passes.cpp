@@ -6,6 +6,7 @@
 #include <isofront/shaders/fullscreenVert.h>
 #include <isofront/shaders/meshFrag.h>
 #include <isofront/shaders/meshVert.h>
+#include <isofront/shaders/shadowVert.h>
 #include <isofront/shaders/studioFrag.h>
 #include <isofront/shaders/terrainFrag.h>
 
@@ -46,6 +47,16 @@ void bindAll(
         commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout, 0, 1, &set, 0, nullptr);
 }
 
+void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDraw& draw)
+{
+    gpu::setRasterState(commands, extent, draw.cull, draw.front);
+    const VkBuffer vertices = draw.meshes->get();
+    constexpr VkDeviceSize kStart = 0;
+    vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &kStart);
+    vkCmdBindIndexBuffer(commands, vertices, kStart, VK_INDEX_TYPE_UINT16);
+    draw.issue(commands);
+}
+
 } // namespace
 
 core::Result<Passes::Stage>
@@ -83,7 +94,7 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
     constexpr std::array kMeshBindings{
         gpu::Binding{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_SHADER_STAGE_VERTEX_BIT},
         gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT}};
-    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage};
+    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage};
     constexpr std::array kAntialiasBindings{kFrameInFragment, kImage};
     take(passes._mesh, [&] { return makeStage(device, kMeshBindings, slots); });
     take(passes._shade, [&] { return makeStage(device, kShadeBindings, slots); });
@@ -98,6 +109,15 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
              .vertexBindings = {&kVertexBinding, 1},
              .vertexAttributes = kVertexAttributes,
              .colourFormats = {&kSurfaceFormat, 1},
+             .depthFormat = kDepthFormat});
+    });
+    take(passes._shadowPipeline, [&] {
+        return gpu::makePipeline(
+            device,
+            {.vertexShader = shadowVert,
+             .layout = passes._mesh.layout.get(),
+             .vertexBindings = {&kVertexBinding, 1},
+             .vertexAttributes = {kVertexAttributes.data(), 1},
              .depthFormat = kDepthFormat});
     });
     const auto screenPipeline = [&](const Stage& stage, std::span<const std::uint32_t> shader) {
@@ -122,19 +142,44 @@ void Passes::bind(
     std::size_t slot,
     const gpu::Buffer& frame,
     const gpu::Buffer& cells,
-    const Targets& targets) const
+    const Targets& targets,
+    const gpu::Image& shadowMap) const
 {
     const gpu::Bound frameBound{.buffer = &frame};
+    const auto read = [&](const gpu::Image& image) {
+        return gpu::Bound{.image = &image, .sampler = _nearest.get()};
+    };
     _mesh.sets.write(slot, std::array{frameBound, gpu::Bound{.buffer = &cells}});
     _shade.sets.write(
-        slot,
-        std::array{
-            frameBound,
-            gpu::Bound{.image = &targets.depth, .sampler = _nearest.get()},
-            gpu::Bound{.image = &targets.surface, .sampler = _nearest.get()}});
+        slot, std::array{frameBound, read(targets.depth), read(targets.surface), read(shadowMap)});
     _antialias.sets.write(
         slot,
         std::array{frameBound, gpu::Bound{.image = &targets.shaded, .sampler = _linear.get()}});
+}
+
+void Passes::drawShadows(
+    VkCommandBuffer commands, std::size_t slot, const gpu::Image& map, const MeshDraw& draw) const
+{
+    gpu::imageBarrier(
+        commands, map, gpu::use::kSampledInFragment.discarded(), gpu::use::kDepthWrite);
+    const VkRenderingAttachmentInfo depth =
+        attachment(map, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR);
+    const VkRenderingInfo info{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+        .renderArea = {.extent = map.extent()},
+        .layerCount = 1,
+        .pDepthAttachment = &depth};
+    vkCmdBeginRendering(commands, &info);
+    bindAll(commands, _shadowPipeline.get(), _mesh.layout.get(), _mesh.sets.set(slot));
+    drawMesh(commands, map.extent(), draw);
+    vkCmdEndRendering(commands);
+    gpu::imageBarrier(commands, map, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
+}
+
+void Passes::skipShadows(VkCommandBuffer commands, const gpu::Image& map)
+{
+    gpu::imageBarrier(
+        commands, map, gpu::use::kSampledInFragment.discarded(), gpu::use::kSampledInFragment);
 }
 
 void Passes::drawMeshes(
@@ -161,12 +206,7 @@ void Passes::drawMeshes(
         .pDepthAttachment = &depth};
     vkCmdBeginRendering(commands, &info);
     bindAll(commands, _meshPipeline.get(), _mesh.layout.get(), _mesh.sets.set(slot));
-    gpu::setRasterState(commands, targets.extent(), draw.cull, draw.front);
-    const VkBuffer vertices = draw.meshes->get();
-    constexpr VkDeviceSize kStart = 0;
-    vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &kStart);
-    vkCmdBindIndexBuffer(commands, vertices, kStart, VK_INDEX_TYPE_UINT16);
-    draw.issue(commands);
+    drawMesh(commands, targets.extent(), draw);
     vkCmdEndRendering(commands);
 }
 

@@ -28,15 +28,24 @@ public:
         std::size_t slot,
         const gpu::Buffer& frame,
         const gpu::Buffer& cells,
-        const Targets& targets) const;
+        const Targets& targets,
+        const gpu::Image& shadowMap) const;
 
-    /// What the mesh pass needs to know.
+    /// What a pass over the mesh needs to know.
     struct MeshDraw {
         const gpu::Buffer* meshes = nullptr; ///< vertices and indices
         VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;
         VkFrontFace front = VK_FRONT_FACE_COUNTER_CLOCKWISE;
         std::function<void(VkCommandBuffer)> issue; ///< records the draws
     };
+    /// The same mesh as the sun sees it.
+    void drawShadows(
+        VkCommandBuffer commands,
+        std::size_t slot,
+        const gpu::Image& map,
+        const MeshDraw& draw) const;
+    /// Instead of `drawShadows`, in a frame without shadows.
+    static void skipShadows(VkCommandBuffer commands, const gpu::Image& map);
     void drawMeshes(
         VkCommandBuffer commands,
         std::size_t slot,
@@ -66,7 +75,8 @@ private:
 
     gpu::Sampler _nearest, _linear;
     Stage _mesh, _shade, _antialias;
-    gpu::Pipeline _meshPipeline, _terrainPipeline, _studioPipeline, _antialiasPipeline;
+    gpu::Pipeline _shadowPipeline, _meshPipeline, _terrainPipeline, _studioPipeline,
+        _antialiasPipeline;
 };
 
 } // namespace isofront::render

@@ -4,6 +4,7 @@
 #include "FrameData.h"
 #include "MeshStore.h"
 #include "Passes.h"
+#include "SunBox.h"
 #include "Targets.h"
 
 #include <isofront/gpu/Barriers.h>
@@ -31,7 +32,7 @@ double millisecondsSince(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-constexpr std::array<const char*, 3> kPassNames{"mesh", "shade", "antialias"};
+constexpr std::array<const char*, 4> kPassNames{"shadow", "mesh", "shade", "antialias"};
 
 /// What one of the frames in flight owns.
 struct Slot {
@@ -95,14 +96,15 @@ core::Result<void> checkOptions(const gpu::Device& device, const RendererOptions
     const auto limit = static_cast<int>(device.limits().maxImageDimension2D);
     const bool size = options.width >= 1 && options.height >= 1 && options.width <= limit &&
                       options.height <= limit;
-    if (!size || options.framesInFlight < 1 || options.framesInFlight > 8) {
+    if (!size || options.shadowMapSize < 16 || options.shadowMapSize > limit ||
+        options.framesInFlight < 1 || options.framesInFlight > 8) {
         return core::failure(
             core::ErrorCode::usage,
             "a renderer of " + std::to_string(options.width) + " x " +
                 std::to_string(options.height) + " pixels with " +
-                std::to_string(options.framesInFlight) +
-                " frames in flight is not possible; use 1 to " + std::to_string(limit) +
-                " pixels a side and 1 to 8 frames");
+                std::to_string(options.framesInFlight) + " frames in flight and shadow maps of " +
+                std::to_string(options.shadowMapSize) + " texels is not possible; use 1 to " +
+                std::to_string(limit) + " pixels a side, 1 to 8 frames and at least 16 texels");
     }
     return {};
 }
@@ -121,13 +123,19 @@ struct Renderer::Parts {
     const Slot* lastSlot = nullptr; ///< of the last picture
     gpu::Commands copying;
     std::uint64_t uploadedSinceFrame = 0;
-    std::vector<std::uint32_t> order;
+    gpu::Image shadowMap;
+    std::vector<std::uint32_t> seen;   ///< cells in the picture, the nearest first
+    std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
 
     core::Result<void> resize(int width, int height);
-    /// Writes what the mesh pass reads, and counts it.
-    void fill(const Slot& slot, FrameStats& stats) const;
-    void issueDraws(VkCommandBuffer commands, const Slot& slot) const;
-    core::Result<void> record(std::size_t index, const hierarchy::View& view, const Scene& scene);
+    /// Writes what the passes over the mesh read of these cells, from a draw on. Returns how many
+    /// triangles they have.
+    std::uint64_t
+    fill(const Slot& slot, std::span<const std::uint32_t> order, std::size_t first) const;
+    void issueDraws(
+        VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const;
+    core::Result<void>
+    record(std::size_t index, const hierarchy::View& view, const Scene& scene, const SunBox& sun);
     /// Copies an image of the last picture, four bytes a pixel.
     core::Result<std::vector<std::byte>> copied(const gpu::Image& image, const gpu::Use& now);
 };
@@ -155,6 +163,15 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         static_cast<std::uint32_t>(options.height));
     if (!targets)
         return tl::unexpected(targets.error());
+    const auto shadowTexels = static_cast<std::uint32_t>(options.shadowMapSize);
+    core::Result<gpu::Image> shadowMap = gpu::Image::create(
+        device,
+        shadowTexels,
+        shadowTexels,
+        kDepthFormat,
+        VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT);
+    if (!shadowMap)
+        return tl::unexpected(shadowMap.error());
     core::Result<Passes> passes =
         Passes::create(device, static_cast<std::uint32_t>(options.framesInFlight));
     if (!passes)
@@ -178,7 +195,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .passes = std::move(*passes),
         .slots = std::move(slots),
         .copying = std::move(*copying),
-        .order = {}});
+        .shadowMap = std::move(*shadowMap),
+        .seen = {},
+        .sunlit = {}});
     return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
 }
 
@@ -223,46 +242,50 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
     return {};
 }
 
-void Renderer::Parts::fill(const Slot& slot, FrameStats& stats) const
+std::uint64_t Renderer::Parts::fill(
+    const Slot& slot, std::span<const std::uint32_t> order, std::size_t first) const
 {
     const std::span<shared::DrawnCell> drawn = mappedAs<shared::DrawnCell>(slot.cells);
     const std::span<VkDrawIndexedIndirectCommand> draws =
         mappedAs<VkDrawIndexedIndirectCommand>(slot.draws);
     const std::span<const StoredCell> cells = store.cells();
-    for (std::uint32_t i = 0; i < order.size(); ++i) {
+    std::uint64_t triangles = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
         const StoredCell& cell = cells[order[i]];
-        drawn[i].lowAndExponent = {cell.corner.x, cell.corner.y, cell.corner.z, cell.exponent};
-        draws[i] = {
+        drawn[first + i].lowAndExponent = {
+            cell.corner.x, cell.corner.y, cell.corner.z, cell.exponent};
+        draws[first + i] = {
             .indexCount = cell.indexCount,
             .instanceCount = 1,
             .firstIndex = cell.firstIndex(),
             .vertexOffset = cell.vertexOffset(),
-            .firstInstance = i};
-        stats.triangles += cell.indexCount / 3;
+            .firstInstance = static_cast<std::uint32_t>(first + i)};
+        triangles += cell.indexCount / 3;
     }
-    stats.draws = order.size();
-    stats.cellsDrawn = order.size();
-    stats.cellsCulled = cells.size() - order.size();
+    return triangles;
 }
 
-void Renderer::Parts::issueDraws(VkCommandBuffer commands, const Slot& slot) const
+void Renderer::Parts::issueDraws(
+    VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const
 {
     constexpr std::uint32_t kStride = sizeof(VkDrawIndexedIndirectCommand);
-    const auto count = static_cast<std::uint32_t>(order.size());
     if (indirect) {
-        const std::uint32_t most = std::max(device->limits().maxDrawIndirectCount, 1U);
-        for (std::uint32_t first = 0; first < count; first += std::min(most, count - first)) {
+        const std::size_t most = std::max(device->limits().maxDrawIndirectCount, 1U);
+        while (count > 0) {
+            const std::size_t some = std::min(most, count);
             vkCmdDrawIndexedIndirect(
                 commands,
                 slot.draws.get(),
-                VkDeviceSize{first} * kStride,
-                std::min(most, count - first),
+                first * kStride,
+                static_cast<std::uint32_t>(some),
                 kStride);
+            first += some;
+            count -= some;
         }
         return;
     }
     for (const VkDrawIndexedIndirectCommand& draw :
-         mappedAs<VkDrawIndexedIndirectCommand>(slot.draws).first(count)) {
+         mappedAs<VkDrawIndexedIndirectCommand>(slot.draws).subspan(first, count)) {
         vkCmdDrawIndexed(
             commands,
             draw.indexCount,
@@ -273,27 +296,35 @@ void Renderer::Parts::issueDraws(VkCommandBuffer commands, const Slot& slot) con
     }
 }
 
-core::Result<void>
-Renderer::Parts::record(std::size_t index, const hierarchy::View& view, const Scene& scene)
+core::Result<void> Renderer::Parts::record(
+    std::size_t index, const hierarchy::View& view, const Scene& scene, const SunBox& sun)
 {
     Slot& slot = slots[index];
-    const shared::Frame frame = frameData(domain, view, scene);
+    const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
+    const shared::Frame frame = frameData(domain, view, scene, sun, shadowTexels);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
-    passes.bind(index, slot.frame, slot.cells, targets);
+    passes.bind(index, slot.frame, slot.cells, targets, shadowMap);
 
     const VkCommandBuffer commands = slot.commands.get();
     slot.timestamps.reset(commands);
     slot.timestamps.mark(commands);
     const bool twoSided = scene.twoSided.value_or(scene.look == Look::studio);
-    passes.drawMeshes(
-        commands,
-        index,
-        targets,
-        {.meshes = &store.buffer(),
-         .cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT,
-         .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
-                                                  : VK_FRONT_FACE_COUNTER_CLOCKWISE,
-         .issue = [&](VkCommandBuffer buffer) { issueDraws(buffer, slot); }});
+    Passes::MeshDraw draw{
+        .meshes = &store.buffer(),
+        .cull = VK_CULL_MODE_NONE,
+        .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
+                                                 : VK_FRONT_FACE_COUNTER_CLOCKWISE,
+        .issue = [&](VkCommandBuffer buffer) {
+            issueDraws(buffer, slot, seen.size(), sunlit.size());
+        }};
+    if (sun.casts)
+        passes.drawShadows(commands, index, shadowMap, draw);
+    else
+        Passes::skipShadows(commands, shadowMap);
+    slot.timestamps.mark(commands);
+    draw.cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT;
+    draw.issue = [&](VkCommandBuffer buffer) { issueDraws(buffer, slot, 0, seen.size()); };
+    passes.drawMeshes(commands, index, targets, draw);
     slot.timestamps.mark(commands);
     passes.shade(commands, index, targets, scene.look, !scene.antialias);
     slot.timestamps.mark(commands);
@@ -332,12 +363,23 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
     const std::vector<double> spans = slot.timestamps.spans();
     stats.gpuMilliseconds = std::accumulate(spans.begin(), spans.end(), 0.0);
 
-    visibleInto(parts.store.cells(), gridView(parts.domain, view), parts.order);
-    if (const core::Result<void> room = reserveDraws(*parts.device, slot, parts.order.size());
+    const std::span<const StoredCell> cells = parts.store.cells();
+    const SunBox sun =
+        sunBox(parts.domain, view, scene, static_cast<int>(parts.shadowMap.extent().width));
+    visibleInto(cells, gridView(parts.domain, view), parts.seen);
+    parts.sunlit.clear();
+    if (sun.casts)
+        visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit);
+    if (const core::Result<void> room =
+            reserveDraws(*parts.device, slot, parts.seen.size() + parts.sunlit.size());
         !room)
         return tl::unexpected(room.error());
-    parts.fill(slot, stats);
-    if (const core::Result<void> recorded = parts.record(index, view, scene); !recorded)
+    stats.triangles = parts.fill(slot, parts.seen, 0);
+    stats.shadowTriangles = parts.fill(slot, parts.sunlit, parts.seen.size());
+    stats.draws = parts.seen.size() + parts.sunlit.size();
+    stats.cellsDrawn = parts.seen.size();
+    stats.cellsCulled = cells.size() - parts.seen.size();
+    if (const core::Result<void> recorded = parts.record(index, view, scene, sun); !recorded)
         return tl::unexpected(recorded.error());
     parts.nextSlot = (index + 1) % parts.slots.size();
     parts.lastSlot = &slot;

@@ -30,6 +30,7 @@ struct RendererOptions {
     /// How many frames the CPU may run ahead of the GPU, at least 1. More: smoother, later, and
     /// removed meshes keep their memory longer.
     int framesInFlight = 2;
+    int shadowMapSize = 2048; ///< along a side, >= 16 [texels]: finer shadows, 4 bytes each
     /// Uploads through staging buffers even where the GPU's memory could be written directly.
     bool forceStaging = false;
     /// Issues draws one by one even where one indirect call could do it.
@@ -55,6 +56,7 @@ struct FrameStats {
     double cpuMilliseconds = 0;  ///< to cull, record and submit; without waiting for the GPU
     double gpuMilliseconds = 0;  ///< of the last frame that is complete; 0 if there is none yet
     std::uint64_t triangles = 0; ///< in the cells drawn
+    std::uint64_t shadowTriangles = 0; ///< in the cells that may cast shadows, drawn once more
     std::size_t draws = 0;
     std::size_t cellsDrawn = 0;
     std::size_t cellsCulled = 0;

@@ -19,10 +19,10 @@ struct TerrainLook {
     float grassLine = 900.0F; ///< above it grass ends [m above the base]
     float snowLine = 1500.0F; ///< above it snow begins, where it is not too steep [m]
     float layerThickness = 28.0F; ///< of the rock's layers [m], > 0
-    glm::vec3 rock{0.250F, 0.215F, 0.185F};
-    glm::vec3 otherRock{0.340F, 0.265F, 0.200F}; ///< every other layer
-    glm::vec3 grass{0.085F, 0.105F, 0.035F};
-    glm::vec3 scree{0.300F, 0.270F, 0.235F};
+    glm::vec3 rock{0.190F, 0.165F, 0.145F};
+    glm::vec3 otherRock{0.290F, 0.235F, 0.190F}; ///< every other layer
+    glm::vec3 grass{0.066F, 0.080F, 0.030F};
+    glm::vec3 scree{0.255F, 0.230F, 0.200F};
     glm::vec3 snow{0.850F, 0.880F, 0.930F};
     float haze = 1.0F; ///< how hazy the air is, >= 0; 0 is clear, 1 a fine day, 10 mist
 };
@@ -48,6 +48,9 @@ struct Scene {
     /// Distance before which nothing is shown [world]; 0 means 2^-24 of the domain's edge. Depth is
     /// as precise with a small one.
     double nearPlane = 0.0;
+    /// How far from the eye the sun casts shadows, in the terrain look [m]; 0 for none, which saves
+    /// a second pass over the mesh. Shadows blur with the distance they have to cover.
+    double shadowDistance = 3000.0;
     bool antialias = true; ///< softens stair steps; costs a pass over the picture
 };
 
