@@ -1,0 +1,118 @@
+#pragma once
+
+#include <isofront/core/Image.h>
+#include <isofront/core/Result.h>
+#include <isofront/hierarchy/Domain.h>
+#include <isofront/hierarchy/View.h>
+#include <isofront/render/Scene.h>
+#include <isofront/surface/Delta.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace isofront::gpu {
+class Device;
+}
+
+namespace isofront::render {
+
+struct RendererOptions {
+    int width = 1280; ///< of the first picture [px]; later ones follow their views
+    int height = 720;
+    /// All memory for meshes [bytes], at least one slab; taken at once. What doesn't fit is
+    /// refused.
+    std::uint64_t poolBytes = 256ULL << 20U;
+    /// The pool's grain [bytes], rounded up to vertices. Larger: less waste for large meshes, more
+    /// to move when slabs are emptied.
+    std::uint32_t slabBytes = 384U << 10U;
+    /// How many frames the CPU may run ahead of the GPU, at least 1. More: smoother, later, and
+    /// removed meshes keep their memory longer.
+    int framesInFlight = 2;
+    int shadowMapSize = 2048; ///< along a side, >= 16 [texels]: finer shadows, 4 bytes each
+    /// Uploads through staging buffers even where the GPU's memory could be written directly.
+    bool forceStaging = false;
+    /// Issues draws one by one even where one indirect call could do it.
+    bool forceDirectDraws = false;
+};
+
+/// What a delta cost.
+struct UploadStats {
+    std::size_t cellsAdded = 0;
+    std::size_t cellsRemoved = 0;
+    std::uint64_t uploadedBytes = 0;
+    std::uint64_t movedBytes = 0; ///< inside the pool, to empty sparse slabs
+    double cpuMilliseconds = 0;
+};
+
+/// What one pass cost on the GPU.
+struct PassTime {
+    const char* name = "";
+    double milliseconds = 0;
+};
+
+struct FrameStats {
+    double cpuMilliseconds = 0;  ///< to cull, record and submit; without waiting for the GPU
+    double gpuMilliseconds = 0;  ///< of the last frame that is complete; 0 if there is none yet
+    std::uint64_t triangles = 0; ///< in the cells drawn
+    std::uint64_t shadowTriangles = 0; ///< in the cells that may cast shadows, drawn once more
+    std::size_t draws = 0;
+    std::size_t cellsDrawn = 0;
+    std::size_t cellsCulled = 0;
+    std::uint64_t uploadedBytes = 0; ///< by the deltas since the last frame
+    std::uint64_t poolBytesUsed = 0; ///< of the mesh pool, meshes on their way out included
+    std::uint64_t deviceBytes = 0;   ///< all device memory held, by everything on the device
+};
+
+/// Shows the mesh of a surface: keeps it on the GPU, step by step with the surface's deltas, and
+/// draws it from any place.
+///
+/// The mesh has no cracks on screen: vertices are placed relative to the eye in integers, so that
+/// the copies of a vertex in neighbouring cells fall onto the same spot to the last bit, at any
+/// distance from any origin.
+///
+/// Thread: one at a time. The device must outlive it.
+class Renderer {
+public:
+    /// @return usage if the options make no sense; resourceLimit or noDevice as the device says
+    static core::Result<std::unique_ptr<Renderer>> create(
+        gpu::Device& device, const hierarchy::Domain& domain, const RendererOptions& options = {});
+    ~Renderer();
+    Renderer(const Renderer&) = delete;
+    Renderer& operator=(const Renderer&) = delete;
+
+    /// Takes one step: all of the delta, or on failure nothing. The next frame shows it.
+    ///
+    /// @return resourceLimit if the meshes don't fit into the pool; usage if the delta removes a
+    /// cell
+    ///         that isn't there or adds one twice; badData if a mesh contradicts itself
+    ///
+    /// Blocks only if the pool is so full that it must wait for frames in flight.
+    core::Result<UploadStats> apply(const surface::Delta& delta);
+    /// Forgets all cells.
+    void clear();
+    [[nodiscard]] std::size_t cellCount() const;
+
+    /// Draws a picture of the view's size, and returns before it is done.
+    /// @return usage if the view is not valid or too large for the device
+    core::Result<FrameStats> draw(const hierarchy::View& view, const Scene& scene);
+    /// Waits for the last picture. @return what its passes cost on the GPU, in order
+    core::Result<std::vector<PassTime>> finish();
+
+    /// Waits for the last picture and copies it. Usage if nothing was drawn yet.
+    core::Result<core::Image> readImage();
+    /// Waits for the last picture and copies its depth, rows from the top: near plane / distance
+    /// along the view direction; 0 where there is nothing.
+    core::Result<std::vector<float>> readDepth();
+    /// The near plane of a scene that doesn't name one [world].
+    [[nodiscard]] double defaultNearPlane() const;
+
+private:
+    struct Parts;
+    explicit Renderer(std::unique_ptr<Parts> parts);
+
+    std::unique_ptr<Parts> _parts;
+};
+
+} // namespace isofront::render

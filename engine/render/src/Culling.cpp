@@ -1,0 +1,46 @@
+#include "Culling.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace isofront::render {
+
+void visibleInto(
+    std::span<const StoredCell> cells, const GridView& view, std::vector<std::uint32_t>& order)
+{
+    std::array<glm::dvec3, 4> reach{};
+    for (std::size_t i = 0; i < reach.size(); ++i)
+        reach[i] = glm::abs(view.sides[i]);
+
+    // Non-negative floats order like their bits, so one word holds distance and index.
+    std::vector<std::uint64_t> keys;
+    keys.reserve(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        if (cells[i].indexCount == 0)
+            continue;
+        const glm::dvec3 low(cells[i].low - view.eye);
+        const glm::dvec3 high(cells[i].high - view.eye);
+        const glm::dvec3 centre = 0.5 * (low + high);
+        const glm::dvec3 half = 0.5 * (high - low);
+        bool visible = true;
+        for (std::size_t side = 0; side < reach.size() && visible; ++side)
+            visible = glm::dot(view.sides[side], centre) + glm::dot(reach[side], half) +
+                          view.offsets[side] >=
+                      0;
+        if (!visible)
+            continue;
+        const auto distance = static_cast<float>(glm::length(view.worldFromGrid * centre));
+        keys.push_back((std::uint64_t{std::bit_cast<std::uint32_t>(distance)} << 32U) | i);
+    }
+    std::sort(keys.begin(), keys.end());
+    order.resize(keys.size());
+    std::transform(keys.begin(), keys.end(), order.begin(), [](std::uint64_t key) {
+        return static_cast<std::uint32_t>(key);
+    });
+}
+
+} // namespace isofront::render

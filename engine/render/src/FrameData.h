@@ -1,0 +1,42 @@
+#pragma once
+
+#include "SunBox.h"
+#include "isofront/render/Scene.h"
+#include "shared/frame.h"
+
+#include <isofront/hierarchy/Domain.h>
+#include <isofront/hierarchy/View.h>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
+
+namespace isofront::render {
+
+/// A view as the domain's grid sees it.
+struct GridView {
+    hierarchy::GridPoint eye{0}; ///< nearest grid point
+    glm::dmat3 worldFromGrid{1.0};
+    /// The sides of what is seen: a point at difference d from the eye is inside where
+    /// dot(side, d) + offset >= 0 for all.
+    std::array<glm::dvec3, 4> sides{};
+    std::array<double, 4> offsets{};
+};
+
+/// The view pyramid.
+GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view);
+
+/// The near plane of a scene that doesn't name one [world].
+double defaultNearPlane(const hierarchy::Domain& domain);
+
+/// What the shaders get.
+/// @param shadowTexels  along a side of the shadow map
+shared::Frame frameData(
+    const hierarchy::Domain& domain,
+    const hierarchy::View& view,
+    const Scene& scene,
+    const SunBox& sunBox,
+    int shadowTexels);
+
+} // namespace isofront::render

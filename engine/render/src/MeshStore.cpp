@@ -1,0 +1,345 @@
+#include "MeshStore.h"
+
+#include <isofront/core/Assert.h>
+
+#include <glm/common.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <unordered_set>
+
+namespace isofront::render {
+
+namespace {
+
+constexpr std::uint32_t kVertexBytes = sizeof(extractor::CellVertex);
+constexpr std::uint32_t kIndicesAVertex = kVertexBytes / sizeof(std::uint16_t);
+
+/// Room that a mesh takes, indices included [vertices].
+std::uint64_t unitsOf(const extractor::CellMesh& mesh)
+{
+    if (mesh.indices.empty())
+        return 0;
+    return mesh.vertices.size() + (mesh.indices.size() + kIndicesAVertex - 1) / kIndicesAVertex;
+}
+
+core::Result<void> checkMesh(const extractor::CellMesh& mesh)
+{
+    const auto bad = [](const std::string& what) {
+        return core::failure(
+            core::ErrorCode::badData, "a cell mesh " + what + ", so its delta can't be shown");
+    };
+    if (mesh.exponent < 1 || mesh.exponent > 32)
+        return bad("has the exponent " + std::to_string(mesh.exponent) + ", not 1 to 32");
+    if (mesh.indices.size() % 3 != 0)
+        return bad("has an incomplete triangle");
+    const auto largest = std::max_element(mesh.indices.begin(), mesh.indices.end());
+    if (largest != mesh.indices.end() && *largest >= mesh.vertices.size())
+        return bad(
+            "names vertex " + std::to_string(*largest) + " of " +
+            std::to_string(mesh.vertices.size()));
+    return {};
+}
+
+StoredCell stored(const surface::ShownCell& shown, gpu::SlabPool::Range range)
+{
+    const extractor::CellMesh& mesh = *shown.mesh();
+    StoredCell cell;
+    cell.id = shown.id;
+    cell.corner = mesh.low;
+    cell.exponent = mesh.exponent;
+    cell.range = range;
+    if (mesh.indices.empty())
+        return cell;
+    cell.vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
+    cell.indexCount = static_cast<std::uint32_t>(mesh.indices.size());
+    std::array<std::uint16_t, 3> low = mesh.vertices.front().position;
+    std::array<std::uint16_t, 3> high = low;
+    for (const extractor::CellVertex& vertex : mesh.vertices) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], vertex.position[axis]);
+            high[axis] = std::max(high[axis], vertex.position[axis]);
+        }
+    }
+    cell.low = mesh.gridPosition({.position = low});
+    cell.high = mesh.gridPosition({.position = high});
+    return cell;
+}
+
+void copyInto(std::span<std::byte> place, const extractor::CellMesh& mesh)
+{
+    const std::size_t vertexBytes = mesh.vertices.size() * kVertexBytes;
+    std::memcpy(place.data(), mesh.vertices.data(), vertexBytes);
+    std::memcpy(
+        place.data() + vertexBytes,
+        mesh.indices.data(),
+        mesh.indices.size() * sizeof(std::uint16_t));
+}
+
+std::size_t bytesOf(const extractor::CellMesh& mesh)
+{
+    return mesh.vertices.size() * kVertexBytes + mesh.indices.size() * sizeof(std::uint16_t);
+}
+
+} // namespace
+
+std::uint32_t StoredCell::firstIndex() const
+{
+    return (range.first + vertexCount) * kIndicesAVertex;
+}
+
+MeshStore::MeshStore(gpu::Device& device, gpu::Buffer buffer, gpu::SlabPool pool)
+    : _device(&device), _buffer(std::move(buffer)), _pool(std::move(pool)), _uploads(device)
+{
+}
+
+core::Result<MeshStore> MeshStore::create(gpu::Device& device, const RendererOptions& options)
+{
+    const std::uint32_t slabUnits = (options.slabBytes + kVertexBytes - 1) / kVertexBytes;
+    const std::uint64_t slabs =
+        options.poolBytes / (std::uint64_t{std::max(slabUnits, 1U)} * kVertexBytes);
+    // Indices are counted in 32 bits from the pool's start.
+    constexpr std::uint64_t kMostBytes = (1ULL << 32U) * sizeof(std::uint16_t);
+    if (slabUnits == 0 || slabs == 0 || options.poolBytes > kMostBytes) {
+        return core::failure(
+            core::ErrorCode::usage,
+            "a mesh pool of " + std::to_string(options.poolBytes) + " bytes in slabs of " +
+                std::to_string(options.slabBytes) +
+                " is not possible; use at least one slab and at most 8 GiB");
+    }
+    const gpu::MemoryKind kind = options.forceStaging || !gpu::hasSharedMemory(device)
+                                     ? gpu::MemoryKind::device
+                                     : gpu::MemoryKind::shared;
+    core::Result<gpu::Buffer> buffer = gpu::Buffer::create(
+        device,
+        slabs * slabUnits * kVertexBytes,
+        VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_INDEX_BUFFER_BIT |
+            VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+        kind);
+    if (!buffer)
+        return tl::unexpected(buffer.error());
+    return MeshStore(
+        device, std::move(*buffer), gpu::SlabPool(static_cast<std::uint32_t>(slabs), slabUnits));
+}
+
+core::Result<void> MeshStore::check(const surface::Delta& delta) const
+{
+    const auto misstep = [&](const char* what) {
+        return core::failure(
+            core::ErrorCode::usage,
+            "delta " + std::to_string(delta.version) + " " + what +
+                "; apply every delta of one surface, in order");
+    };
+    std::unordered_set<surface::CellId, surface::CellIdHash> removed;
+    for (const surface::CellId& id : delta.removed) {
+        if (!_index.contains(id) || !removed.insert(id).second)
+            return misstep("removes a cell that is not shown");
+    }
+    std::unordered_set<surface::CellId, surface::CellIdHash> added;
+    for (const surface::ShownCell& cell : delta.added) {
+        const bool stays = _index.contains(cell.id) && !removed.contains(cell.id);
+        if (stays || !added.insert(cell.id).second)
+            return misstep("adds a cell that is already shown");
+        if (const core::Result<void> sound = checkMesh(*cell.mesh()); !sound)
+            return sound;
+    }
+    return {};
+}
+
+std::optional<MeshStore::Ranges> MeshStore::allocate(const surface::Delta& delta)
+{
+    Ranges ranges;
+    for (const surface::ShownCell& cell : delta.added) {
+        const std::uint64_t units = unitsOf(*cell.mesh());
+        const std::optional<gpu::SlabPool::Range> range =
+            units > _pool.capacity() ? std::nullopt
+                                     : _pool.allocate(static_cast<std::uint32_t>(units));
+        if (!range) {
+            for (const gpu::SlabPool::Range& taken : ranges)
+                _pool.release(taken);
+            return std::nullopt;
+        }
+        ranges.push_back(*range);
+    }
+    return ranges;
+}
+
+core::Result<void> MeshStore::recycle()
+{
+    if (_retired.empty())
+        return {};
+    const core::Result<gpu::Device::Ticket> completed = _device->completed();
+    if (!completed)
+        return tl::unexpected(completed.error());
+    while (!_retired.empty() && _retired.front().ticket <= *completed) {
+        _pool.release(_retired.front().range);
+        _retired.pop_front();
+    }
+    return {};
+}
+
+void MeshStore::retire(gpu::SlabPool::Range range)
+{
+    if (range.count > 0)
+        _retired.push_back({_device->submitted(), range});
+}
+
+/// Finds ranges for all that is added. If memory is short, waits for the frames in flight and lets
+/// the added meshes take the place of the removed ones.
+core::Result<MeshStore::Room> MeshStore::makeRoom(const surface::Delta& delta)
+{
+    if (const core::Result<void> recycled = recycle(); !recycled)
+        return tl::unexpected(recycled.error());
+    if (std::optional<Ranges> ranges = allocate(delta))
+        return Room{std::move(*ranges), std::nullopt};
+    if (const core::Result<void> idle = _device->wait(_device->submitted()); !idle)
+        return tl::unexpected(idle.error());
+    if (const core::Result<void> recycled = recycle(); !recycled)
+        return tl::unexpected(recycled.error());
+    gpu::SlabPool before = _pool;
+    for (const surface::CellId& id : delta.removed)
+        _pool.release(_cells[_index.at(id)].range);
+    if (std::optional<Ranges> ranges = allocate(delta))
+        return Room{std::move(*ranges), std::move(before)};
+    _pool = std::move(before);
+    return core::failure(
+        core::ErrorCode::resourceLimit,
+        "the meshes don't fit into the renderer's pool of " + std::to_string(_buffer.bytes()) +
+            " bytes; ask for less detail or give it a larger pool");
+}
+
+void MeshStore::giveBack(Room room)
+{
+    if (room.before) {
+        _pool = std::move(*room.before);
+        return;
+    }
+    for (const gpu::SlabPool::Range& range : room.ranges)
+        _pool.release(range);
+}
+
+core::Result<std::uint64_t> MeshStore::upload(const surface::Delta& delta, const Room& room)
+{
+    std::uint64_t bytes = 0;
+    for (const surface::ShownCell& cell : delta.added)
+        bytes += bytesOf(*cell.mesh());
+    core::Result<UploadBatch> batch = _uploads.open(_buffer, bytes);
+    if (!batch)
+        return tl::unexpected(batch.error());
+    for (std::size_t i = 0; i < delta.added.size(); ++i) {
+        const extractor::CellMesh& mesh = *delta.added[i].mesh();
+        if (mesh.indices.empty())
+            continue;
+        const VkDeviceSize offset = VkDeviceSize{room.ranges[i].first} * kVertexBytes;
+        copyInto(batch->place(offset, bytesOf(mesh)), mesh);
+    }
+    if (const core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
+        return tl::unexpected(submitted.error());
+    return bytes;
+}
+
+core::Result<UploadStats> MeshStore::apply(const surface::Delta& delta)
+{
+    if (const core::Result<void> sound = check(delta); !sound)
+        return tl::unexpected(sound.error());
+    core::Result<Room> room = makeRoom(delta);
+    if (!room)
+        return tl::unexpected(room.error());
+    const core::Result<std::uint64_t> uploaded = upload(delta, *room);
+    if (!uploaded) {
+        giveBack(std::move(*room));
+        return tl::unexpected(uploaded.error());
+    }
+
+    for (const surface::CellId& id : delta.removed) {
+        if (!room->before)
+            retire(_cells[_index.at(id)].range);
+        erase(id);
+    }
+    for (std::size_t i = 0; i < delta.added.size(); ++i) {
+        _index.emplace(delta.added[i].id, _cells.size());
+        _cells.push_back(stored(delta.added[i], room->ranges[i]));
+    }
+
+    UploadStats stats;
+    stats.cellsAdded = delta.added.size();
+    stats.cellsRemoved = delta.removed.size();
+    stats.uploadedBytes = *uploaded;
+    const core::Result<std::uint64_t> moved = moveOutOfSparseSlab();
+    if (!moved)
+        return tl::unexpected(moved.error());
+    stats.movedBytes = *moved;
+    return stats;
+}
+
+void MeshStore::clear()
+{
+    for (const StoredCell& cell : _cells)
+        retire(cell.range);
+    _cells.clear();
+    _index.clear();
+}
+
+std::uint64_t MeshStore::usedBytes() const
+{
+    return std::uint64_t{_pool.used()} * kVertexBytes;
+}
+
+void MeshStore::erase(const surface::CellId& id)
+{
+    const auto entry = _index.find(id);
+    const std::size_t place = entry->second;
+    _index.erase(entry);
+    if (place + 1 != _cells.size()) {
+        _cells[place] = _cells.back();
+        _index[_cells[place].id] = place;
+    }
+    _cells.pop_back();
+}
+
+/// Moves the ranges of a sparse slab into others, so that the slab becomes free. One slab a delta,
+/// at most a quarter full, and only when free slabs become few: the cost stays small and even.
+core::Result<std::uint64_t> MeshStore::moveOutOfSparseSlab()
+{
+    if (_pool.freeSlabs() * 2 > _pool.slabs())
+        return 0;
+    const std::optional<std::uint32_t> slab = _pool.sparsest(_pool.slabUnits() / 4);
+    if (!slab)
+        return 0;
+    core::Result<UploadBatch> batch = _uploads.open(_buffer, 0);
+    if (!batch)
+        return tl::unexpected(batch.error());
+    std::vector<std::pair<StoredCell*, gpu::SlabPool::Range>> moves;
+    std::uint32_t found = 0;
+    gpu::SlabPool trial = _pool;
+    trial.drain(*slab);
+    for (StoredCell& cell : _cells) {
+        const bool inside = cell.range.count > 0 && cell.range.count <= _pool.slabUnits() &&
+                            cell.range.first / _pool.slabUnits() == *slab;
+        if (!inside)
+            continue;
+        const std::optional<gpu::SlabPool::Range> to = trial.allocate(cell.range.count);
+        if (!to)
+            return 0;
+        moves.emplace_back(&cell, *to);
+        found += cell.range.count;
+        batch->move(
+            VkDeviceSize{cell.range.first} * kVertexBytes,
+            VkDeviceSize{to->first} * kVertexBytes,
+            VkDeviceSize{to->count} * kVertexBytes);
+    }
+    // Nothing is won by opening another slab, nor while some of it only waits to be recycled.
+    if (trial.freeSlabs() != _pool.freeSlabs() || found != _pool.usedIn(*slab))
+        return 0;
+    if (const core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
+        return tl::unexpected(submitted.error());
+    _pool = std::move(trial);
+    for (const auto& [cell, to] : moves) {
+        retire(cell->range);
+        cell->range = to;
+    }
+    return std::uint64_t{found} * kVertexBytes;
+}
+
+} // namespace isofront::render

@@ -1,0 +1,262 @@
+#include "Passes.h"
+
+#include <isofront/extractor/CellMesh.h>
+#include <isofront/gpu/Barriers.h>
+#include <isofront/shaders/antialiasFrag.h>
+#include <isofront/shaders/fullscreenVert.h>
+#include <isofront/shaders/meshFrag.h>
+#include <isofront/shaders/meshVert.h>
+#include <isofront/shaders/shadowVert.h>
+#include <isofront/shaders/studioFrag.h>
+#include <isofront/shaders/terrainFrag.h>
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+namespace isofront::render {
+
+namespace {
+
+using extractor::CellVertex;
+static_assert(offsetof(CellVertex, flags) == 6, "flags follow the position in one attribute");
+
+constexpr VkVertexInputBindingDescription kVertexBinding{
+    0, sizeof(CellVertex), VK_VERTEX_INPUT_RATE_VERTEX};
+constexpr std::array kVertexAttributes{
+    VkVertexInputAttributeDescription{
+        0, 0, VK_FORMAT_R16G16B16A16_UINT, offsetof(CellVertex, position)},
+    VkVertexInputAttributeDescription{1, 0, VK_FORMAT_R16G16_SNORM, offsetof(CellVertex, normal)}};
+
+VkRenderingAttachmentInfo
+attachment(const gpu::Image& image, VkImageLayout layout, VkAttachmentLoadOp load)
+{
+    return {
+        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+        .imageView = image.view(),
+        .imageLayout = layout,
+        .loadOp = load,
+        .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
+}
+
+void bindAll(
+    VkCommandBuffer commands, VkPipeline pipeline, VkPipelineLayout layout, VkDescriptorSet set)
+{
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
+    vkCmdBindDescriptorSets(
+        commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout, 0, 1, &set, 0, nullptr);
+}
+
+void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDraw& draw)
+{
+    gpu::setRasterState(commands, extent, draw.cull, draw.front);
+    const VkBuffer vertices = draw.meshes->get();
+    constexpr VkDeviceSize kStart = 0;
+    vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &kStart);
+    vkCmdBindIndexBuffer(commands, vertices, kStart, VK_INDEX_TYPE_UINT16);
+    draw.issue(commands);
+}
+
+} // namespace
+
+core::Result<Passes::Stage>
+Passes::makeStage(gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots)
+{
+    core::Result<gpu::DescriptorSets> sets = gpu::DescriptorSets::create(device, bindings, slots);
+    if (!sets)
+        return tl::unexpected(sets.error());
+    core::Result<gpu::PipelineLayout> layout = gpu::makePipelineLayout(device, sets->layout());
+    if (!layout)
+        return tl::unexpected(layout.error());
+    return Stage{std::move(*sets), std::move(*layout)};
+}
+
+core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
+{
+    // The first thing that fails is what is reported; what comes after it is not tried.
+    std::optional<core::Error> error;
+    const auto take = [&](auto& place, auto&& make) {
+        if (error)
+            return;
+        auto made = make();
+        if (made)
+            place = std::move(*made);
+        else
+            error = made.error();
+    };
+
+    Passes passes;
+    take(passes._nearest, [&] { return gpu::makeSampler(device, VK_FILTER_NEAREST); });
+    take(passes._linear, [&] { return gpu::makeSampler(device, VK_FILTER_LINEAR); });
+
+    constexpr gpu::Binding kFrameInFragment{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER};
+    constexpr gpu::Binding kImage{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
+    constexpr std::array kMeshBindings{
+        gpu::Binding{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_SHADER_STAGE_VERTEX_BIT},
+        gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT}};
+    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage};
+    constexpr std::array kAntialiasBindings{kFrameInFragment, kImage};
+    take(passes._mesh, [&] { return makeStage(device, kMeshBindings, slots); });
+    take(passes._shade, [&] { return makeStage(device, kShadeBindings, slots); });
+    take(passes._antialias, [&] { return makeStage(device, kAntialiasBindings, slots); });
+
+    take(passes._meshPipeline, [&] {
+        return gpu::makePipeline(
+            device,
+            {.vertexShader = meshVert,
+             .fragmentShader = meshFrag,
+             .layout = passes._mesh.layout.get(),
+             .vertexBindings = {&kVertexBinding, 1},
+             .vertexAttributes = kVertexAttributes,
+             .colourFormats = {&kSurfaceFormat, 1},
+             .depthFormat = kDepthFormat});
+    });
+    take(passes._shadowPipeline, [&] {
+        return gpu::makePipeline(
+            device,
+            {.vertexShader = shadowVert,
+             .layout = passes._mesh.layout.get(),
+             .vertexBindings = {&kVertexBinding, 1},
+             .vertexAttributes = {kVertexAttributes.data(), 1},
+             .depthFormat = kDepthFormat});
+    });
+    const auto screenPipeline = [&](const Stage& stage, std::span<const std::uint32_t> shader) {
+        return gpu::makePipeline(
+            device,
+            {.vertexShader = fullscreenVert,
+             .fragmentShader = shader,
+             .layout = stage.layout.get(),
+             .colourFormats = {&kPictureFormat, 1}});
+    };
+    take(passes._terrainPipeline, [&] { return screenPipeline(passes._shade, terrainFrag); });
+    take(passes._studioPipeline, [&] { return screenPipeline(passes._shade, studioFrag); });
+    take(passes._antialiasPipeline, [&] {
+        return screenPipeline(passes._antialias, antialiasFrag);
+    });
+    if (error)
+        return tl::unexpected(*error);
+    return passes;
+}
+
+void Passes::bind(
+    std::size_t slot,
+    const gpu::Buffer& frame,
+    const gpu::Buffer& cells,
+    const Targets& targets,
+    const gpu::Image& shadowMap) const
+{
+    const gpu::Bound frameBound{.buffer = &frame};
+    const auto read = [&](const gpu::Image& image) {
+        return gpu::Bound{.image = &image, .sampler = _nearest.get()};
+    };
+    _mesh.sets.write(slot, std::array{frameBound, gpu::Bound{.buffer = &cells}});
+    _shade.sets.write(
+        slot, std::array{frameBound, read(targets.depth), read(targets.surface), read(shadowMap)});
+    _antialias.sets.write(
+        slot,
+        std::array{frameBound, gpu::Bound{.image = &targets.shaded, .sampler = _linear.get()}});
+}
+
+void Passes::drawShadows(
+    VkCommandBuffer commands, std::size_t slot, const gpu::Image& map, const MeshDraw& draw) const
+{
+    gpu::imageBarrier(
+        commands, map, gpu::use::kSampledInFragment.discarded(), gpu::use::kDepthWrite);
+    const VkRenderingAttachmentInfo depth =
+        attachment(map, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR);
+    const VkRenderingInfo info{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+        .renderArea = {.extent = map.extent()},
+        .layerCount = 1,
+        .pDepthAttachment = &depth};
+    vkCmdBeginRendering(commands, &info);
+    bindAll(commands, _shadowPipeline.get(), _mesh.layout.get(), _mesh.sets.set(slot));
+    drawMesh(commands, map.extent(), draw);
+    vkCmdEndRendering(commands);
+    gpu::imageBarrier(commands, map, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
+}
+
+void Passes::skipShadows(VkCommandBuffer commands, const gpu::Image& map)
+{
+    gpu::imageBarrier(
+        commands, map, gpu::use::kSampledInFragment.discarded(), gpu::use::kSampledInFragment);
+}
+
+void Passes::drawMeshes(
+    VkCommandBuffer commands, std::size_t slot, const Targets& targets, const MeshDraw& draw) const
+{
+    // The frame before may still read what this one overwrites, or be copying it.
+    constexpr gpu::Use kReadBefore{
+        VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT};
+    gpu::imageBarrier(commands, targets.depth, kReadBefore, gpu::use::kDepthWrite);
+    gpu::imageBarrier(commands, targets.surface, kReadBefore, gpu::use::kColourWrite);
+
+    // Reversed depth: what is cleared lies infinitely far away.
+    VkRenderingAttachmentInfo depth = attachment(
+        targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR);
+    depth.clearValue.depthStencil = {0.0F, 0};
+    const VkRenderingAttachmentInfo surface = attachment(
+        targets.surface, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+    const VkRenderingInfo info{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+        .renderArea = {.extent = targets.extent()},
+        .layerCount = 1,
+        .colorAttachmentCount = 1,
+        .pColorAttachments = &surface,
+        .pDepthAttachment = &depth};
+    vkCmdBeginRendering(commands, &info);
+    bindAll(commands, _meshPipeline.get(), _mesh.layout.get(), _mesh.sets.set(slot));
+    drawMesh(commands, targets.extent(), draw);
+    vkCmdEndRendering(commands);
+}
+
+void Passes::fillScreen(
+    VkCommandBuffer commands,
+    const Stage& stage,
+    VkPipeline pipeline,
+    std::size_t slot,
+    const gpu::Image& target)
+{
+    const VkRenderingAttachmentInfo colour = attachment(
+        target, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+    const VkRenderingInfo info{
+        .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
+        .renderArea = {.extent = target.extent()},
+        .layerCount = 1,
+        .colorAttachmentCount = 1,
+        .pColorAttachments = &colour};
+    vkCmdBeginRendering(commands, &info);
+    bindAll(commands, pipeline, stage.layout.get(), stage.sets.set(slot));
+    gpu::setRasterState(commands, target.extent(), VK_CULL_MODE_NONE);
+    vkCmdDraw(commands, 3, 1, 0, 0);
+    vkCmdEndRendering(commands);
+}
+
+void Passes::shade(
+    VkCommandBuffer commands, std::size_t slot, const Targets& targets, Look look, bool last) const
+{
+    gpu::imageBarrier(commands, targets.depth, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
+    gpu::imageBarrier(
+        commands, targets.surface, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
+    const gpu::Image& target = last ? targets.picture : targets.shaded;
+    const gpu::Use before = last ? gpu::use::kTransferRead : gpu::use::kSampledInFragment;
+    gpu::imageBarrier(commands, target, before.discarded(), gpu::use::kColourWrite);
+    const gpu::Pipeline& pipeline = look == Look::terrain ? _terrainPipeline : _studioPipeline;
+    fillScreen(commands, _shade, pipeline.get(), slot, target);
+}
+
+void Passes::antialias(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const
+{
+    gpu::imageBarrier(
+        commands, targets.shaded, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
+    gpu::imageBarrier(
+        commands, targets.picture, gpu::use::kTransferRead.discarded(), gpu::use::kColourWrite);
+    fillScreen(commands, _antialias, _antialiasPipeline.get(), slot, targets.picture);
+}
+
+void Passes::finish(VkCommandBuffer commands, const Targets& targets)
+{
+    gpu::imageBarrier(commands, targets.picture, gpu::use::kColourWrite, gpu::use::kTransferRead);
+}
+
+} // namespace isofront::render

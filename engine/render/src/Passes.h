@@ -1,0 +1,82 @@
+#pragma once
+
+#include "Targets.h"
+#include "isofront/render/Scene.h"
+
+#include <isofront/core/Result.h>
+#include <isofront/gpu/Buffer.h>
+#include <isofront/gpu/Descriptors.h>
+#include <isofront/gpu/Pipeline.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+namespace isofront::render {
+
+/// The passes of a frame with their pipelines. Each begins with the barriers that it needs.
+///
+/// First the mesh writes depth and normals; then every pixel is shaded once; then stair steps are
+/// softened. So the cost of shading doesn't grow with the number of triangles.
+class Passes {
+public:
+    /// @param slots  how many frames may be in flight; each has its descriptor sets
+    static core::Result<Passes> create(gpu::Device& device, std::uint32_t slots);
+
+    /// Points the descriptor sets of a slot, which the GPU must be done with, to its things.
+    void bind(
+        std::size_t slot,
+        const gpu::Buffer& frame,
+        const gpu::Buffer& cells,
+        const Targets& targets,
+        const gpu::Image& shadowMap) const;
+
+    /// What a pass over the mesh needs to know.
+    struct MeshDraw {
+        const gpu::Buffer* meshes = nullptr; ///< vertices and indices
+        VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;
+        VkFrontFace front = VK_FRONT_FACE_COUNTER_CLOCKWISE;
+        std::function<void(VkCommandBuffer)> issue; ///< records the draws
+    };
+    /// The same mesh as the sun sees it.
+    void drawShadows(
+        VkCommandBuffer commands,
+        std::size_t slot,
+        const gpu::Image& map,
+        const MeshDraw& draw) const;
+    /// Instead of `drawShadows`, in a frame without shadows.
+    static void skipShadows(VkCommandBuffer commands, const gpu::Image& map);
+    void drawMeshes(
+        VkCommandBuffer commands,
+        std::size_t slot,
+        const Targets& targets,
+        const MeshDraw& draw) const;
+    /// @param last  true if nothing comes after: it then writes the finished picture
+    void
+    shade(VkCommandBuffer commands, std::size_t slot, const Targets& targets, Look look, bool last)
+        const;
+    void antialias(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
+    /// Makes the finished picture ready to be copied.
+    static void finish(VkCommandBuffer commands, const Targets& targets);
+
+private:
+    struct Stage {
+        gpu::DescriptorSets sets;
+        gpu::PipelineLayout layout;
+    };
+    static core::Result<Stage>
+    makeStage(gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots);
+    static void fillScreen(
+        VkCommandBuffer commands,
+        const Stage& stage,
+        VkPipeline pipeline,
+        std::size_t slot,
+        const gpu::Image& target);
+
+    gpu::Sampler _nearest, _linear;
+    Stage _mesh, _shade, _antialias;
+    gpu::Pipeline _shadowPipeline, _meshPipeline, _terrainPipeline, _studioPipeline,
+        _antialiasPipeline;
+};
+
+} // namespace isofront::render

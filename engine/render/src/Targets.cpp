@@ -1,0 +1,37 @@
+#include "Targets.h"
+
+namespace isofront::render {
+
+core::Result<Targets>
+Targets::create(gpu::Device& device, std::uint32_t width, std::uint32_t height)
+{
+    struct Wanted {
+        gpu::Image Targets::*image;
+        VkFormat format;
+        VkImageUsageFlags usage;
+    };
+    constexpr VkImageUsageFlags kColour =
+        VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+    const Wanted all[] = {
+        {&Targets::depth,
+         kDepthFormat,
+         VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
+             VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
+        {&Targets::surface, kSurfaceFormat, kColour},
+        {&Targets::shaded, kPictureFormat, kColour},
+        {&Targets::picture,
+         kPictureFormat,
+         VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
+    };
+    Targets targets;
+    for (const Wanted& wanted : all) {
+        core::Result<gpu::Image> image =
+            gpu::Image::create(device, width, height, wanted.format, wanted.usage);
+        if (!image)
+            return tl::unexpected(image.error());
+        targets.*wanted.image = std::move(*image);
+    }
+    return targets;
+}
+
+} // namespace isofront::render

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+#include <isofront/gpu/Image.h>
+
+#include <cstdint>
+
+namespace isofront::render {
+
+inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
+inline constexpr VkFormat kSurfaceFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
+inline constexpr VkFormat kPictureFormat = VK_FORMAT_R8G8B8A8_UNORM;
+
+/// The images that a frame is drawn into, all of one size.
+struct Targets {
+    gpu::Image depth;   ///< reversed: near plane / distance; 0 where there is nothing
+    gpu::Image surface; ///< normal [world] and kind of surface, as mesh.frag.glsl writes them
+    gpu::Image shaded;  ///< sRGB, before stair steps are softened
+    gpu::Image picture; ///< sRGB, finished
+
+    static core::Result<Targets>
+    create(gpu::Device& device, std::uint32_t width, std::uint32_t height);
+    [[nodiscard]] VkExtent2D extent() const { return picture.extent(); }
+};
+
+} // namespace isofront::render

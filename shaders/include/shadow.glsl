@@ -1,0 +1,48 @@
+// How much of the sun reaches a place, by the shadow map.
+#ifndef ISOFRONT_SHADOW_GLSL
+#define ISOFRONT_SHADOW_GLSL
+
+#include "include/shading.glsl"
+
+layout(set = 0, binding = 3) uniform sampler2D shadowImage;
+
+float litTexel(ivec2 texel, float depth)
+{
+    // Reversed: what is nearer to the sun is larger.
+    return texelFetch(shadowImage, texel, 0).r > depth ? 0.0 : 1.0;
+}
+
+// @param fromEye  [world]
+// @return 1 in the sun, 0 in the shadow; 1 where the map ends
+float sunShare(vec3 fromEye, vec3 normal)
+{
+    if (frame.shadowSize.z == 0.0)
+        return 1.0;
+    // A step off the surface, or its own texels would shade it.
+    float width = frame.shadowSize.y;
+    float toSun = dot(normal, frame.sunDirection.xyz);
+    vec3 at = fromEye + (normal * (1.8 - clamp(toSun, 0.0, 1.0)) + frame.sunDirection.xyz) * width;
+    vec2 place = vec2(
+        dot(frame.shadowFromWorld[0].xyz, at) + frame.shadowFromWorld[0].w,
+        dot(frame.shadowFromWorld[1].xyz, at) + frame.shadowFromWorld[1].w);
+    float depth = dot(frame.shadowFromWorld[2].xyz, at) + frame.shadowFromWorld[2].w;
+    float edge = max(abs(place.x), abs(place.y));
+    if (edge >= 0.99)
+        return 1.0;
+
+    // A square of two texels' width around the place, weighted by the part of each texel in it.
+    vec2 texel = (place * 0.5 + 0.5) * frame.shadowSize.x - 0.5;
+    ivec2 base = ivec2(floor(texel));
+    vec2 f = texel - vec2(base);
+    float sum = 0.0;
+    for (int y = -1; y <= 2; ++y) {
+        float weightY = y == -1 ? 1.0 - f.y : y == 2 ? f.y : 1.0;
+        for (int x = -1; x <= 2; ++x) {
+            float weightX = x == -1 ? 1.0 - f.x : x == 2 ? f.x : 1.0;
+            sum += weightX * weightY * litTexel(base + ivec2(x, y), depth);
+        }
+    }
+    return mix(sum / 9.0, 1.0, smoothstep(0.85, 0.99, edge));
+}
+
+#endif

@@ -1,0 +1,78 @@
+// What the shaders know of a frame. Every member is a vector of four, so that the layouts of C++
+// and of GLSL's std140 agree.
+#ifndef ISOFRONT_SHARED_FRAME_H
+#define ISOFRONT_SHARED_FRAME_H
+
+#include "shared/types.h"
+
+ISOFRONT_SHARED_BEGIN
+
+struct Frame {
+    // Rows that take a difference of grid points to clip x, y and w [world / grid unit]. In the w
+    // of the first: clip z, the distance of the near plane [world].
+    vec4 clipX;
+    vec4 clipY;
+    vec4 clipW;
+    // Columns that take a normal from field space to the world, up to its length.
+    vec4 worldFromNormal[3];
+    // The eye [grid units], low and high words.
+    uvec4 eyeLow;
+    uvec4 eyeHigh;
+    // World-space ray through a pixel at (x, y) in [-1, 1], y down: forward + x right + y down. Its
+    // component along the forward direction is 1. In the w of forward: radians a pixel.
+    vec4 rayForward;
+    vec4 rayRight;
+    vec4 rayDown;
+    // Width and height [px], and their inverses.
+    vec4 picture;
+    // The eye's position [m], modulo the period of the noise; in w its height above the base.
+    vec4 eyePhase;
+    // Unit, up from the ground; in w metres per world unit.
+    vec4 up;
+    // Unit, to the sun; in w the exposure.
+    vec4 sunDirection;
+    // Light of the sun that reaches the ground [irradiance].
+    vec4 sunLight;
+    // Light of the sky from above, and light that comes back from the ground [irradiance / pi].
+    vec4 skyLight;
+    vec4 groundLight;
+    // Scattering of air and of haze [1 / m]; in w the height over which it thins to 1/e [m].
+    vec4 airScattering;
+    vec4 hazeScattering;
+    // Background colour, linear and not tone-mapped; in w 1 if it is to be used.
+    vec4 backdrop;
+    // Terrain: heights above the base [m]: where grass ends, where snow begins; thickness of the
+    // rock's layers [m]; amount of snow and grass.
+    vec4 heights;
+    // Rows that take a difference of grid points, or a vector from the eye [world], to the shadow
+    // map: x and y in [-1, 1], z in [0, 1] and growing towards the sun. In their w: what to add.
+    vec4 shadowFromGrid[3];
+    vec4 shadowFromWorld[3];
+    // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows.
+    vec4 shadowSize;
+    // Albedos, linear. Terrain: rock, a second rock, grass, scree, snow. Studio: surface, caps.
+    vec4 colours[5];
+};
+
+// Where a drawn cell lies: low corner [lattice units]; in w its exponent.
+struct DrawnCell {
+    uvec4 lowAndExponent;
+};
+
+ISOFRONT_SHARED_END
+
+#ifdef __cplusplus
+#include <cstddef>
+
+static_assert(offsetof(isofront::shared::Frame, worldFromNormal) == 3 * 16);
+static_assert(offsetof(isofront::shared::Frame, eyeLow) == 6 * 16);
+static_assert(offsetof(isofront::shared::Frame, rayForward) == 8 * 16);
+static_assert(offsetof(isofront::shared::Frame, eyePhase) == 12 * 16);
+static_assert(offsetof(isofront::shared::Frame, sunDirection) == 14 * 16);
+static_assert(offsetof(isofront::shared::Frame, airScattering) == 18 * 16);
+static_assert(offsetof(isofront::shared::Frame, colours) == 29 * 16);
+static_assert(sizeof(isofront::shared::Frame) == 34 * 16);
+static_assert(sizeof(isofront::shared::DrawnCell) == 16);
+#endif
+
+#endif
