@@ -88,7 +88,7 @@ HWY_INLINE N floatingIslands(const TerrainProgram& t, const Point<N>& p, const R
 /// Adds octaves of detail. An octave is faded out where the value is already so far from zero that
 /// this and all later octaves can't change its sign: there it costs nothing.
 template <typename N>
-HWY_INLINE N detailed(
+HWY_NOINLINE N detailed(
     N value,
     const std::vector<DetailOctave>& octaves,
     const N& strength,

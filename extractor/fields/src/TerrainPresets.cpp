@@ -20,24 +20,24 @@ TerrainPreset alpine()
     preset.box = centredCube();
     preset.valuePerMetre = 0.7;
     preset.rounding = 8;
-    preset.warp = {.wavelength = 2600, .octaves = 3, .amplitude = 420, .gain = 0.45};
+    preset.warp = {.wavelength = 2400, .octaves = 2, .amplitude = 420, .gain = 0.4};
     preset.mountains = {
-        .ridges = {.wavelength = 5600, .octaves = 8, .amplitude = 1500, .gain = 0.46},
-        .hills = {.wavelength = 1900, .octaves = 3, .amplitude = 90, .gain = 0.4},
-        .gain = 2.2,
-        .base = 560,
-        .floor = 120};
+        .ridges = {.wavelength = 5600, .octaves = 8, .amplitude = 1550, .gain = 0.48},
+        .hills = {.wavelength = 1900, .octaves = 2, .amplitude = 110, .gain = 0.4},
+        .gain = 4,
+        .base = 620,
+        .floor = 100};
     preset.cragLeast = 0.15;
     preset.crags = {
         {.wavelength = 430, .octaves = 4, .amplitude = 75, .gain = 0.5},
         {.wavelength = 700, .octaves = 2, .amplitude = 16, .gain = 0.5, .stretch = 9}};
     preset.tunnels = {
-        {.wavelength = 760, .radius = 26, .radiusVariation = 0.8, .depth = 320},
-        {.wavelength = 1500, .radius = 44, .radiusVariation = 0.5, .depth = 150}};
+        {.wavelength = 680, .radius = 25, .radiusVariation = 0.8, .depth = 300},
+        {.wavelength = 1150, .radius = 46, .radiusVariation = 0.6, .depth = 160}};
     preset.fine = {.wavelength = 27, .octaves = 6, .amplitude = 2.2, .gain = 0.5};
-    preset.start = {-1800, -5200};
-    preset.lookAt = {600, 400};
-    preset.clearance = 160;
+    preset.start = {2000, -2500};
+    preset.lookAt = {-1000, 2000};
+    preset.clearance = 300;
     return preset;
 }
 
@@ -75,9 +75,9 @@ TerrainPreset canyon()
         {.wavelength = 620, .radius = 20, .radiusVariation = 0.8, .depth = 200},
         {.wavelength = 1250, .radius = 46, .radiusVariation = 0.5, .depth = 130}};
     preset.fine = {.wavelength = 22, .octaves = 6, .amplitude = 1.3, .gain = 0.5, .stretch = 1.6};
-    preset.start = {-2600, -4200};
+    preset.start = {0, -6000};
     preset.lookAt = {0, 0};
-    preset.clearance = 90;
+    preset.clearance = 300;
     return preset;
 }
 
@@ -119,9 +119,9 @@ TerrainPreset islands()
         {.wavelength = 520, .radius = 22, .radiusVariation = 0.8, .depth = 220},
         {.wavelength = 1100, .radius = 42, .radiusVariation = 0.5, .depth = 140}};
     preset.fine = {.wavelength = 25, .octaves = 6, .amplitude = 1.9, .gain = 0.5};
-    preset.start = {-2400, -5000};
+    preset.start = {-2400, -6000};
     preset.lookAt = {0, 0};
-    preset.clearance = 200;
+    preset.clearance = 500;
     return preset;
 }
 

@@ -39,31 +39,30 @@ template <typename Body>
 HWY_INLINE void forEachGroup(const SampleBatch& batch, const Body& body)
 {
     const std::size_t size = batch.size();
-    const std::size_t whole = size - size % kLanes;
-    const DoubleTag d;
-    const DoublePair unfiltered{hn::Zero(d), hn::Zero(d)};
-    for (std::size_t i = 0; i < whole; i += kLanes) {
-        const DoublePair radius =
-            batch.radius.empty() ? unfiltered : loaded(batch.radius.data() + i);
-        body(
-            loaded(batch.x.data() + i),
-            loaded(batch.y.data() + i),
-            loaded(batch.z.data() + i),
-            radius,
-            i,
-            kLanes);
-    }
-    if (whole == size)
-        return;
     double rest[4][kLanes];
-    for (std::size_t i = 0; i < kLanes; ++i) {
-        const std::size_t from = std::min(whole + i, size - 1);
-        rest[0][i] = batch.x[from];
-        rest[1][i] = batch.y[from];
-        rest[2][i] = batch.z[from];
-        rest[3][i] = batch.radius.empty() ? 0.0 : batch.radius[from];
+    std::fill_n(rest[3], kLanes, 0.0);
+    for (std::size_t first = 0; first < size; first += kLanes) {
+        const std::size_t count = std::min(size - first, kLanes);
+        const double* x = batch.x.data() + first;
+        const double* y = batch.y.data() + first;
+        const double* z = batch.z.data() + first;
+        const double* radius = batch.radius.empty() ? rest[3] : batch.radius.data() + first;
+        if (count < kLanes) {
+            for (std::size_t i = 0; i < kLanes; ++i) {
+                const std::size_t from = std::min(i, count - 1);
+                rest[0][i] = x[from];
+                rest[1][i] = y[from];
+                rest[2][i] = z[from];
+                rest[3][i] = radius[from];
+            }
+            x = rest[0];
+            y = rest[1];
+            z = rest[2];
+            radius = rest[3];
+        }
+        // One call only: the body is a whole terrain, inlined.
+        body(loaded(x), loaded(y), loaded(z), loaded(radius), first, count);
     }
-    body(loaded(rest[0]), loaded(rest[1]), loaded(rest[2]), loaded(rest[3]), whole, size - whole);
 }
 
 template <typename Formula>

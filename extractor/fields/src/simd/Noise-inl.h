@@ -291,7 +291,7 @@ HWY_INLINE hn::Mask<FloatTag> beyond(Floats extent, const NoiseLimits& limits)
     return hn::Gt(extent, constant(2.0F * limits.magnitude / limits.slope));
 }
 
-HWY_INLINE Value noiseAt(const SpaceOctave& o, const Point<Value>& p)
+inline HWY_NOINLINE Value noiseAt(const SpaceOctave& o, const Point<Value>& p)
 {
     return {noise<false>(
                 cellOf(scaled(p.x.at, o.frequency[0], o.offset[0])),
@@ -301,7 +301,7 @@ HWY_INLINE Value noiseAt(const SpaceOctave& o, const Point<Value>& p)
                 .value};
 }
 
-HWY_INLINE Range noiseAt(const SpaceOctave& o, const Point<Range>& p)
+inline HWY_NOINLINE Range noiseAt(const SpaceOctave& o, const Point<Range>& p)
 {
     const Floats extent[3] = {
         hn::Mul(p.x.extent, constant(float(o.frequency[0]))),
@@ -318,7 +318,7 @@ HWY_INLINE Range noiseAt(const SpaceOctave& o, const Point<Range>& p)
     return limitedWhere(unknown, enclosed(sample, extent, 3, kSpaceNoise), kSpaceNoise);
 }
 
-HWY_INLINE Slope noiseAt(const SpaceOctave& o, const Point<Slope>& p)
+inline HWY_NOINLINE Slope noiseAt(const SpaceOctave& o, const Point<Slope>& p)
 {
     const NoiseSample sample = noise<true>(
         cellOf(scaled(p.x.at, o.frequency[0], o.offset[0])),
@@ -344,14 +344,14 @@ HWY_INLINE Cell planeCell(const Point<N>& p, const double* factors, double offse
     return cellOf(combined(p.x.at, factors[0], p.y.at, factors[1], offset));
 }
 
-HWY_INLINE Value noiseAt(const PlaneOctave& o, const Point<Value>& p)
+inline HWY_NOINLINE Value noiseAt(const PlaneOctave& o, const Point<Value>& p)
 {
     return {noise<false>(
                 planeCell(p, o.first, o.offset[0]), planeCell(p, o.second, o.offset[1]), o.seed)
                 .value};
 }
 
-HWY_INLINE Range noiseAt(const PlaneOctave& o, const Point<Range>& p)
+inline HWY_NOINLINE Range noiseAt(const PlaneOctave& o, const Point<Range>& p)
 {
     const auto reach = [&](const double* factors) HWY_ATTR {
         return hn::Add(
@@ -367,7 +367,7 @@ HWY_INLINE Range noiseAt(const PlaneOctave& o, const Point<Range>& p)
     return limitedWhere(unknown, enclosed(sample, extent, 2, kPlaneNoise), kPlaneNoise);
 }
 
-HWY_INLINE Slope noiseAt(const PlaneOctave& o, const Point<Slope>& p)
+inline HWY_NOINLINE Slope noiseAt(const PlaneOctave& o, const Point<Slope>& p)
 {
     const NoiseSample sample = noise<true>(
         planeCell(p, o.first, o.offset[0]), planeCell(p, o.second, o.offset[1]), o.seed);

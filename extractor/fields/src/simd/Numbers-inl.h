@@ -364,6 +364,8 @@ HWY_INLINE Floats filterWeight(Floats x)
     constexpr float kLine = 1.2340980e-4F / kCutoff;
     const FloatTag d;
     const Floats square = hn::Mul(x, x);
+    if (hn::AllFalse(d, hn::Gt(square, hn::Zero(d))))
+        return constant(1.0F);
     const Floats u = hn::Min(square, constant(kCutoff));
     // exp(-u) = 2^-n e^-g with whole n and 0 <= g < log 2; the Taylor series of e^-g is good to
     // 1e-7 there.
