@@ -38,7 +38,7 @@ struct Source {
 
 struct SourceOptions {
     std::uint64_t memoryLimit = std::uint64_t{8} << 30U; ///< [bytes]
-    std::string grid;                                    ///< of a VDB file
+    std::string grid = {}; ///< of a VDB file
     std::stop_token stop;
 };
 

@@ -1,0 +1,121 @@
+#include "Flight.h"
+
+#include "Pictures.h"
+
+#include <isofront/fields/Terrain.h>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace isofront::cli {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// The largest value within so many entries of each, then their mean over as many: a curve that lies
+/// above the values and has no corners.
+std::vector<double> smoothlyAbove(const std::vector<double>& values, std::size_t reach)
+{
+    const auto window = [&](const std::vector<double>& from, auto&& combine) {
+        std::vector<double> result(from.size());
+        for (std::size_t i = 0; i < from.size(); ++i) {
+            const std::size_t begin = i < reach ? 0 : i - reach;
+            const std::size_t end = std::min(from.size(), i + reach + 1);
+            result[i] = combine(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
+        }
+        return result;
+    };
+    const auto highest = window(values, [](auto begin, auto end) { return *std::max_element(begin, end); });
+    const auto mean = [](auto begin, auto end) {
+        double sum = 0;
+        for (auto it = begin; it != end; ++it)
+            sum += *it;
+        return sum / double(end - begin);
+    };
+    return window(window(highest, mean), mean);
+}
+
+std::vector<hierarchy::View> overTerrain(const Source& source, const FlightPlan& plan)
+{
+    const double edge = source.domain.edge;
+    const double speed = plan.speed > 0 ? plan.speed : edge / 80;
+    const double clearance = edge / 180;
+    const core::Box box = source.domain.fieldBox();
+
+    // Along a wide bend towards the middle of the domain, with a swing to both sides.
+    const glm::dvec3 towards = source.target - source.eye;
+    const double heading = std::atan2(towards.y, towards.x);
+    const glm::dvec3 middle = box.centre() - source.eye;
+    const double side = towards.x * middle.y - towards.y * middle.x >= 0 ? 1.0 : -1.0;
+    const double bend = side / (0.25 * edge); // curvature
+    const std::size_t count = plan.frames + 1;
+    std::vector<glm::dvec3> path(count);
+    glm::dvec3 at = source.eye;
+    for (std::size_t i = 0; i < count; ++i) {
+        path[i] = at;
+        const double along = speed * double(i) / plan.framesPerSecond;
+        const double angle =
+            heading + bend * along + 0.35 * std::sin(2 * kPi * along / (0.2 * edge));
+        at += speed / plan.framesPerSecond * glm::dvec3(std::cos(angle), std::sin(angle), 0.0);
+        const double margin = 0.03 * edge;
+        at.x = std::clamp(at.x, box.low.x + margin, box.high.x - margin);
+        at.y = std::clamp(at.y, box.low.y + margin, box.high.y - margin);
+    }
+
+    // Heights at most every twelve metres or so: a column costs thousands of samples.
+    const double stride = std::max(1.0, edge / 1400 / (speed / plan.framesPerSecond));
+    std::vector<double> ground;
+    for (double frame = 0; frame < double(count); frame += stride) {
+        const glm::dvec3& p = path[static_cast<std::size_t>(frame)];
+        ground.push_back(fields::surfaceHeight(*source.field, box, p.x, p.y));
+    }
+    const std::vector<double> above = smoothlyAbove(ground, 18);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double place = std::min(double(i) / stride, double(above.size() - 1));
+        const auto before = static_cast<std::size_t>(place);
+        const std::size_t after = std::min(before + 1, above.size() - 1);
+        const double share = place - double(before);
+        path[i].z = clearance + above[before] + share * (above[after] - above[before]);
+    }
+
+    std::vector<hierarchy::View> views;
+    for (std::size_t i = 0; i < plan.frames; ++i) {
+        const std::size_t ahead = std::min(i + 20, count - 1);
+        glm::dvec3 forward = path[ahead] - path[ahead > i ? i : i - 1];
+        forward.z = 0.5 * forward.z - 0.14 * glm::length(glm::dvec2(forward));
+        views.push_back(
+            viewTo(path[i], path[i] + forward, plan.fovDegrees, plan.width, plan.height));
+    }
+    return views;
+}
+
+std::vector<hierarchy::View> around(const Source& source, const FlightPlan& plan)
+{
+    const glm::dvec3 arm = source.eye - source.target;
+    const double radius = glm::length(glm::dvec2(arm));
+    const double speed = plan.speed > 0 ? plan.speed : radius * kPi / 4; // a round in eight seconds
+    const double begin = std::atan2(arm.y, arm.x);
+    std::vector<hierarchy::View> views;
+    for (std::size_t i = 0; i < plan.frames; ++i) {
+        const double along = speed * double(i) / plan.framesPerSecond;
+        const double angle = begin + along / std::max(radius, 1e-12);
+        const double nearer = 1 - 0.45 * (0.5 - 0.5 * std::cos(angle - begin));
+        const glm::dvec3 eye =
+            source.target + nearer * glm::dvec3(radius * std::cos(angle), radius * std::sin(angle), arm.z);
+        views.push_back(viewTo(eye, source.target, plan.fovDegrees, plan.width, plan.height));
+    }
+    return views;
+}
+
+} // namespace
+
+std::vector<hierarchy::View> flightPath(const Source& source, const FlightPlan& plan)
+{
+    return source.isTerrain ? overTerrain(source, plan) : around(source, plan);
+}
+
+} // namespace isofront::cli

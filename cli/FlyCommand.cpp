@@ -1,0 +1,431 @@
+#include "Arguments.h"
+#include "Console.h"
+#include "Flight.h"
+#include "Pictures.h"
+#include "report/FlightReport.h"
+
+#include <isofront/core/Process.h>
+#include <isofront/exchange/ContactSheet.h>
+#include <isofront/exchange/Png.h>
+#include <isofront/exchange/Video.h>
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+namespace isofront::cli {
+
+namespace {
+
+using core::ErrorCode;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kSheetPictures = 12;
+constexpr int kSheetColumns = 4;
+constexpr int kSheetThumbnail = 480; // [px]
+
+struct FlyArguments {
+    std::string source;
+    std::string preset = "alpine";
+    std::optional<double> isovalue;
+    std::uint64_t seed = 1;
+    std::size_t frames = 240;
+    double speed = 0;
+    double fov = 60;
+    std::string size = "1280x720";
+    double pixelError = 2;
+    double updateMilliseconds = 4;
+    int lattice = 16;
+    double filter = 1;
+    std::string out = "flight";
+    std::string device;
+    std::size_t threads = 0;
+    bool window = false;
+    bool json = false;
+    bool quiet = false;
+};
+
+double millisecondsSince(Clock::time_point start)
+{
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Memory that the process holds now [bytes]; 0 where the system doesn't tell.
+std::uint64_t residentBytes()
+{
+    std::uint64_t pages = 0;
+    std::uint64_t resident = 0;
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+        std::fopen("/proc/self/statm", "r"), std::fclose);
+    if (!file || std::fscanf(file.get(), "%lu %lu", &pages, &resident) != 2)
+        return 0;
+    return resident * 4096;
+}
+
+/// One flight: what it flies with, and what it has recorded.
+class Flying {
+public:
+    Flying(const FlyArguments& arguments, Progress& progress)
+        : _arguments(arguments),
+          _progress(progress),
+          _stop(interruptions())
+    {
+    }
+
+    int run()
+    {
+        if (const auto error = prepare())
+            return report(*error);
+        std::optional<core::Error> error = takeOff();
+        for (std::size_t i = 0; !error && i < _views.size() && !_stop.stop_requested(); ++i) {
+            _progress.show(
+                "frame " + std::to_string(i + 1) + " of " + std::to_string(_views.size()),
+                double(i) / double(_views.size()));
+            error = frame(i);
+        }
+        // What was flown is kept, even if the flight ended early.
+        const std::optional<core::Error> unwritten = land();
+        _progress.finish();
+        if (error)
+            return report(*error);
+        if (unwritten)
+            return report(*unwritten);
+        tell();
+        if (_stop.stop_requested())
+            return report(
+                {ErrorCode::interrupted, "interrupted after " +
+                                             std::to_string(_report.frames.size()) +
+                                             " frames; what was flown is in " + _arguments.out});
+        return 0;
+    }
+
+private:
+    using MaybeError = std::optional<core::Error>;
+
+    MaybeError prepare()
+    {
+        const auto size = parseSize(_arguments.size);
+        if (!size)
+            return size.error();
+        if (_arguments.window)
+            return core::Error{
+                ErrorCode::usage,
+                "--window: this version flies without a window; leave it out and watch the video"};
+        if (!(_arguments.pixelError > 0))
+            return core::Error{
+                ErrorCode::usage, "--pixel-error must be a positive number of pixels"};
+        if (!extractor::VolumeMesh::isValidSize(_arguments.lattice) || _arguments.lattice < 4)
+            return core::Error{
+                ErrorCode::usage, "--lattice " + std::to_string(_arguments.lattice) +
+                                      ": it must be 4, 8 or 16"};
+        const std::string text =
+            !_arguments.source.empty()
+                ? _arguments.source
+                : "proc:terrain?preset=" + _arguments.preset +
+                      "&seed=" + std::to_string(_arguments.seed);
+        auto source = openSource(text, {.stop = _stop});
+        if (!source)
+            return source.error();
+        _source = std::move(*source);
+
+        std::error_code failed;
+        std::filesystem::create_directories(_arguments.out, failed);
+        if (failed)
+            return core::Error{
+                ErrorCode::inputOutput, "--out " + _arguments.out +
+                                            ": the folder can't be made (" + failed.message() +
+                                            "); choose another one"};
+
+        auto studio = openStudio(
+            _source,
+            {.device = _arguments.device, .width = size->width, .height = size->height});
+        if (!studio)
+            return studio.error();
+        _studio = std::move(*studio);
+
+        _jobs = core::makeJobs(core::JobsBackend::automatic, _arguments.threads);
+        _surface.emplace(
+            _source.field, _source.domain,
+            surfaceOptions(
+                _source, _arguments.isovalue.value_or(_source.defaultIsovalue),
+                _arguments.lattice, _arguments.filter, _arguments.pixelError, false),
+            _jobs);
+        _progress.show("finding a way", -1);
+        _views = flightPath(
+            _source, {.frames = _arguments.frames,
+                      .framesPerSecond = kFramesPerSecond,
+                      .speed = _arguments.speed,
+                      .fovDegrees = _arguments.fov,
+                      .width = size->width,
+                      .height = size->height});
+        describe(*size);
+        return openVideo(*size);
+    }
+
+    void describe(const PictureSize& size)
+    {
+        FlightSettings& settings = _report.settings;
+        settings.source = _source.name;
+        settings.preset = _source.isTerrain && _arguments.source.empty() ? _arguments.preset : "";
+        settings.seed = _arguments.seed;
+        settings.width = size.width;
+        settings.height = size.height;
+        settings.pixelError = _arguments.pixelError;
+        settings.device = _studio->device->description().name;
+        settings.threads = static_cast<int>(_jobs->concurrency());
+        settings.versions = {
+            {"isofront", ISOFRONT_VERSION},
+            {"driver", _studio->device->description().driver},
+            {"vulkan", _studio->device->description().apiVersion}};
+        const auto text = [](double number) {
+            std::array<char, 32> buffer{};
+            std::snprintf(buffer.data(), buffer.size(), "%g", number);
+            return std::string(buffer.data());
+        };
+        settings.others = {
+            {"lattice", std::to_string(_arguments.lattice)},
+            {"filter", text(_arguments.filter)},
+            {"update_milliseconds", text(_arguments.updateMilliseconds)}};
+    }
+
+    MaybeError openVideo(const PictureSize& size)
+    {
+        if (!exchange::VideoWriter::available()) {
+            _progress.say("note: there is no ffmpeg, so frames are written as PNG files");
+            return std::nullopt;
+        }
+        auto video = exchange::VideoWriter::open(
+            inFolder("flight.mp4"),
+            {.width = size.width, .height = size.height, .framesPerSecond = kFramesPerSecond});
+        if (!video)
+            return video.error();
+        _video.emplace(std::move(*video));
+        return std::nullopt;
+    }
+
+    /// The surface for the first view, whole, and a first picture that nobody sees: shaders are
+    /// compiled at their first use.
+    MaybeError takeOff()
+    {
+        const surface::Delta delta = _surface->settle(
+            _views.front(), [&](double share) { _progress.show("first surface", share); }, _stop);
+        if (auto upload = _studio->renderer->apply(delta); !upload)
+            return tooLarge(upload.error());
+        for (int i = 0; i < 2; ++i)
+            if (auto drawn = _studio->renderer->draw(_views.front(), _studio->scene); !drawn)
+                return drawn.error();
+        if (auto done = _studio->renderer->finish(); !done)
+            return done.error();
+        _before = _surface->stats();
+        return std::nullopt;
+    }
+
+    MaybeError frame(std::size_t number)
+    {
+        const hierarchy::View& view = _views[number];
+        const auto start = Clock::now();
+        const surface::Delta delta =
+            _surface->update(view, {.milliseconds = _arguments.updateMilliseconds});
+        FrameRecord record;
+        record.updateMilliseconds = millisecondsSince(start);
+        const auto upload = _studio->renderer->apply(delta);
+        if (!upload)
+            return tooLarge(upload.error());
+        const auto drawn = _studio->renderer->draw(view, _studio->scene);
+        if (!drawn)
+            return drawn.error();
+        record.cpuMilliseconds = millisecondsSince(start);
+        const auto passes = _studio->renderer->finish();
+        if (!passes)
+            return passes.error();
+        for (const render::PassTime& pass : *passes)
+            record.gpuMilliseconds += pass.milliseconds;
+
+        const surface::SurfaceStats stats = _surface->stats();
+        record.time = double(number) / kFramesPerSecond;
+        record.triangles = drawn->triangles;
+        record.draws = drawn->draws;
+        record.shownCells = stats.shownCells;
+        record.cellsExtracted = stats.cellsExtracted - _before.cellsExtracted;
+        record.cellsSkipped = stats.cellsSkipped - _before.cellsSkipped;
+        record.cellsFromCache = stats.cellsFromCache - _before.cellsFromCache;
+        record.cellsPending = stats.pendingCells;
+        record.uploadedBytes = upload->uploadedBytes;
+        record.meshBytes = stats.meshBytes;
+        record.cacheBytes = stats.cacheBytes;
+        record.deviceBytes = drawn->deviceBytes;
+        record.residentBytes = residentBytes();
+        record.eye = view.eye;
+        _report.frames.push_back(record);
+        _before = stats;
+        return keepPicture(number);
+    }
+
+    MaybeError keepPicture(std::size_t number)
+    {
+        const auto image = _studio->renderer->readImage();
+        if (!image)
+            return image.error();
+        const std::size_t every = std::max<std::size_t>(1, _views.size() / kSheetPictures);
+        if (number % every == every / 2 && _sheet.size() < kSheetPictures)
+            _sheet.push_back(*image);
+        if (_video) {
+            if (auto added = _video->add(*image); !added)
+                return added.error();
+            return std::nullopt;
+        }
+        std::array<char, 32> name{};
+        std::snprintf(name.data(), name.size(), "frame-%05zu.png", number);
+        if (auto written = exchange::writePng(*image, inFolder(name.data())); !written)
+            return written.error();
+        return std::nullopt;
+    }
+
+    MaybeError land()
+    {
+        if (_report.frames.empty())
+            return std::nullopt;
+        _progress.show("writing the report", -1);
+        if (_video) {
+            if (auto finished = _video->finish(); !finished)
+                return finished.error();
+            _report.video = "flight.mp4";
+        }
+        if (!_sheet.empty()) {
+            const core::Image sheet =
+                exchange::contactSheet(_sheet, kSheetColumns, kSheetThumbnail);
+            if (auto written = exchange::writePng(sheet, inFolder("contact-sheet.png")); !written)
+                return written.error();
+            _report.contactSheet = "contact-sheet.png";
+        }
+        if (auto written = writeReportJson(_report, inFolder("report.json")); !written)
+            return written.error();
+        if (auto written = writeReportHtml(_report, inFolder("report.html")); !written)
+            return written.error();
+        return std::nullopt;
+    }
+
+    void tell()
+    {
+        const FlightSummary summary = summarised(_report.frames);
+        if (_arguments.json) {
+            nlohmann::ordered_json json;
+            json["out"] = _arguments.out;
+            json["frames"] = _report.frames.size();
+            json["report"] = inFolder("report.json");
+            json["page"] = inFolder("report.html");
+            json["video"] = _video ? nlohmann::ordered_json(inFolder("flight.mp4")) : nullptr;
+            json["contact_sheet"] = inFolder("contact-sheet.png");
+            const auto spread = [](const Spread& s) {
+                return nlohmann::ordered_json{
+                    {"p50", s.p50}, {"p95", s.p95}, {"p99", s.p99}, {"max", s.max}};
+            };
+            json["cpu_milliseconds"] = spread(summary.cpuMilliseconds);
+            json["gpu_milliseconds"] = spread(summary.gpuMilliseconds);
+            json["mean_triangles"] = summary.meanTriangles;
+            json["cells_extracted"] = summary.cellsExtracted;
+            json["cells_skipped"] = summary.cellsSkipped;
+            json["cells_from_cache"] = summary.cellsFromCache;
+            print(json);
+            return;
+        }
+        std::array<char, 160> line{};
+        std::snprintf(
+            line.data(), line.size(),
+            "%zu frames, %.0f triangles each; median %.1f ms on the processor, %.1f ms on %s",
+            _report.frames.size(), summary.meanTriangles, summary.cpuMilliseconds.p50,
+            summary.gpuMilliseconds.p50, _report.settings.device.c_str());
+        _progress.say(line.data());
+        for (const char* name : {"flight.mp4", "contact-sheet.png", "report.html", "report.json"})
+            if (std::filesystem::exists(inFolder(name)))
+                _progress.say("  " + inFolder(name));
+    }
+
+    static core::Error tooLarge(const core::Error& error)
+    {
+        return error.within("the meshes don't fit on the device; choose a larger --pixel-error");
+    }
+
+    [[nodiscard]] std::string inFolder(const std::string& name) const
+    {
+        return (std::filesystem::path(_arguments.out) / name).string();
+    }
+
+    static constexpr double kFramesPerSecond = 30;
+
+    const FlyArguments& _arguments;
+    Progress& _progress;
+    std::stop_token _stop;
+    Source _source;
+    std::optional<Studio> _studio;
+    std::shared_ptr<core::Jobs> _jobs;
+    std::optional<surface::Surface> _surface;
+    std::vector<hierarchy::View> _views;
+    std::optional<exchange::VideoWriter> _video;
+    std::vector<core::Image> _sheet;
+    surface::SurfaceStats _before;
+    FlightReport _report;
+};
+
+int fly(const FlyArguments& arguments)
+{
+    Progress progress(arguments.quiet);
+    return Flying(arguments, progress).run();
+}
+
+} // namespace
+
+Action addFly(CLI::App& app)
+{
+    auto arguments = std::make_shared<FlyArguments>();
+    CLI::App* command = app.add_subcommand(
+        "fly", "Fly over a terrain or around a source: a video, a contact sheet and a report");
+    command->add_option(
+        "SOURCE", arguments->source, "what to fly around instead of a terrain preset");
+    command->add_option("--preset", arguments->preset, "terrain: see 'isofront info proc:'")
+        ->capture_default_str();
+    command->add_option("--seed", arguments->seed, "of the terrain")->capture_default_str();
+    command->add_option("--isovalue", arguments->isovalue, "of a volume");
+    command->add_option("--frames", arguments->frames, "30 a second")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    command->add_option("--speed", arguments->speed, "[world units/s]; 0 chooses")
+        ->check(CLI::Range(0.0, 1e9))
+        ->capture_default_str();
+    command->add_option("--fov", arguments->fov, "vertical field of view [degrees]")
+        ->check(CLI::Range(1.0, 179.0))
+        ->capture_default_str();
+    command->add_option("--size", arguments->size, "[px]")->capture_default_str();
+    command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
+        ->capture_default_str();
+    command->add_option(
+               "--update-ms", arguments->updateMilliseconds, "of a frame for the surface [ms]")
+        ->check(CLI::Range(0.1, 1000.0))
+        ->capture_default_str();
+    command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
+        ->capture_default_str();
+    command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
+        ->check(CLI::Range(0.0, 100.0))
+        ->capture_default_str();
+    command->add_option("--out", arguments->out, "folder for what is made")
+        ->capture_default_str();
+    command->add_option(
+        "--device", arguments->device,
+        "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
+    command->add_option("--threads", arguments->threads, "of the extraction; 0: one for each core")
+        ->check(CLI::Range(0, 1024));
+    command->add_flag("--window", arguments->window, "not in this version");
+    command->add_flag("--json", arguments->json, "one JSON object on standard output");
+    command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
+    command->footer("Example: isofront fly --preset canyon --frames 600 --out flight");
+    return [arguments] { return fly(*arguments); };
+}
+
+} // namespace isofront::cli

@@ -1,0 +1,68 @@
+#include "Pictures.h"
+
+#include <isofront/hierarchy/Criterion.h>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace isofront::cli {
+
+core::Result<Studio> openStudio(const Source& source, const StudioOptions& options)
+{
+    auto device = gpu::Device::create({.device = options.device});
+    if (!device)
+        return tl::unexpected<core::Error>(device.error());
+    Studio studio;
+    studio.device = std::move(*device);
+    auto renderer = render::Renderer::create(
+        *studio.device, source.domain,
+        {.width = options.width, .height = options.height, .poolBytes = options.meshBytes});
+    if (!renderer)
+        return tl::unexpected<core::Error>(renderer.error());
+    studio.renderer = std::move(*renderer);
+    studio.scene.look = source.isTerrain ? render::Look::terrain : render::Look::studio;
+    return studio;
+}
+
+hierarchy::View viewTo(
+    const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height)
+{
+    hierarchy::View view;
+    view.eye = eye;
+    view.forward = target - eye;
+    view.width = width;
+    view.height = height;
+    view.verticalFieldOfView = fovDegrees * std::numbers::pi / 180;
+    const glm::dvec3 direction = glm::normalize(view.forward);
+    if (std::abs(direction.z) > 0.999)
+        view.up = {0, 1, 0}; // straight up or down: north is at the top
+    return view;
+}
+
+surface::SurfaceOptions surfaceOptions(
+    const Source& source, double isovalue, int lattice, double filter, double pixelError, bool closed)
+{
+    surface::SurfaceOptions options;
+    options.extraction.latticeSize = lattice;
+    options.extraction.isovalue = source.fieldIsovalue(isovalue);
+    options.extraction.filterStrength = filter;
+    options.extraction.closed = closed;
+    options.pixelError = pixelError;
+    if (!source.voxel)
+        return options;
+    // Inside a voxel the surface is smooth: six levels below the voxels' own show all of it.
+    int native = 0;
+    while (native < hierarchy::kMaxLevel - 2 &&
+           hierarchy::axisStep(native, lattice) * source.domain.edge > *source.voxel * (1 + 1e-9))
+        native += 3;
+    options.maxLevel = std::min(native + 6, hierarchy::kMaxLevel);
+    options.extraction.cornerRadius =
+        2 * hierarchy::axisStep(native, lattice) * source.domain.edge;
+    return options;
+}
+
+} // namespace isofront::cli

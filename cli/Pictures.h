@@ -1,0 +1,42 @@
+#pragma once
+
+#include "Source.h"
+
+#include <isofront/core/Result.h>
+#include <isofront/gpu/Device.h>
+#include <isofront/hierarchy/View.h>
+#include <isofront/render/Renderer.h>
+#include <isofront/surface/Surface.h>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+namespace isofront::cli {
+
+/// What pictures of a source need: a device, a renderer on it, and how things are to look.
+struct Studio {
+    std::unique_ptr<gpu::Device> device;
+    std::unique_ptr<render::Renderer> renderer;
+    render::Scene scene;
+};
+
+struct StudioOptions {
+    std::string device; ///< see gpu::DeviceOptions
+    int width = 1280;   ///< [px]
+    int height = 720;   ///< [px]
+    std::size_t meshBytes = std::size_t{512} << 20U; ///< what meshes may take on the device
+};
+
+/// Errors: noDevice if there is none that fits, resourceLimit if it has too little memory.
+core::Result<Studio> openStudio(const Source& source, const StudioOptions& options);
+
+/// A view of so many pixels from one point to another, upright if it can be.
+hierarchy::View viewTo(
+    const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height);
+
+/// The surface of a source as a viewer needs it.
+surface::SurfaceOptions surfaceOptions(
+    const Source& source, double isovalue, int lattice, double filter, double pixelError, bool closed);
+
+} // namespace isofront::cli

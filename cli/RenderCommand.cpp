@@ -1,0 +1,199 @@
+#include "Arguments.h"
+#include "Console.h"
+#include "Pictures.h"
+
+#include <isofront/core/Process.h>
+#include <isofront/exchange/Png.h>
+
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+namespace isofront::cli {
+
+namespace {
+
+using core::ErrorCode;
+using Clock = std::chrono::steady_clock;
+
+struct RenderArguments {
+    std::string source;
+    std::string output;
+    std::optional<double> isovalue;
+    std::string eye;
+    std::string target;
+    double fov = 45;
+    std::string size = "1280x720";
+    double pixelError = 2;
+    int lattice = 8;
+    double filter = 1;
+    bool closed = false;
+    std::string device;
+    std::string grid;
+    double memoryLimitGib = 8;
+    std::size_t threads = 0;
+    bool json = false;
+    bool quiet = false;
+};
+
+int render(const RenderArguments& arguments)
+{
+    const auto start = Clock::now();
+    const std::stop_token stop = interruptions();
+    Progress progress(arguments.quiet);
+
+    const auto size = parseSize(arguments.size);
+    if (!size)
+        return report(size.error());
+    if (!(arguments.pixelError > 0))
+        return report({ErrorCode::usage, "--pixel-error must be a positive number of pixels"});
+    if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
+        return report(
+            {ErrorCode::usage,
+             "--lattice " + std::to_string(arguments.lattice) + ": it must be 4, 8 or 16"});
+
+    progress.show("loading " + arguments.source, -1);
+    auto source = openSource(
+        arguments.source,
+        {.memoryLimit = static_cast<std::uint64_t>(arguments.memoryLimitGib * (1ULL << 30U)),
+         .grid = arguments.grid,
+         .stop = stop});
+    if (!source)
+        return report(source.error());
+    for (const auto& [text, point, name] :
+         {std::tuple{&arguments.eye, &source->eye, "--eye"},
+          std::tuple{&arguments.target, &source->target, "--target"}}) {
+        if (text->empty())
+            continue;
+        const auto parsed = parsePoint(*text, name);
+        if (!parsed)
+            return report(parsed.error());
+        *point = *parsed;
+    }
+    if (source->eye == source->target)
+        return report({ErrorCode::usage, "--eye and --target must not be the same point"});
+
+    auto studio = openStudio(
+        *source,
+        {.device = arguments.device, .width = size->width, .height = size->height});
+    if (!studio)
+        return report(studio.error());
+
+    const double isovalue = arguments.isovalue.value_or(source->defaultIsovalue);
+    const std::shared_ptr<core::Jobs> jobs =
+        core::makeJobs(core::JobsBackend::automatic, arguments.threads);
+    surface::Surface surface(
+        source->field, source->domain,
+        surfaceOptions(
+            *source, isovalue, arguments.lattice, arguments.filter, arguments.pixelError,
+            arguments.closed),
+        jobs);
+    const hierarchy::View view =
+        viewTo(source->eye, source->target, arguments.fov, size->width, size->height);
+    const surface::Delta delta = surface.settle(
+        view, [&](double share) { progress.show("extracting", share); }, stop);
+    if (stop.stop_requested())
+        return report({ErrorCode::interrupted, "interrupted; no picture was written"});
+    const double extractSeconds = std::chrono::duration<double>(Clock::now() - start).count();
+
+    progress.show("drawing", -1);
+    const auto upload = studio->renderer->apply(delta);
+    if (!upload)
+        return report(upload.error().within(
+            "the mesh doesn't fit on the device; choose a larger --pixel-error"));
+    const auto frame = studio->renderer->draw(view, studio->scene);
+    if (!frame)
+        return report(frame.error());
+    const auto image = studio->renderer->readImage();
+    if (!image)
+        return report(image.error());
+    const auto written = exchange::writePng(*image, arguments.output);
+    if (!written)
+        return report(written.error());
+    progress.finish();
+
+    const surface::SurfaceStats stats = surface.stats();
+    if (stats.triangles == 0)
+        progress.say("warning: there is no surface at isovalue " + std::to_string(isovalue));
+    if (stats.sanitisedSamples > 0)
+        progress.say(
+            "warning: " + grouped(stats.sanitisedSamples) +
+            " samples were not finite or huge; they were clamped, and NaN counts as outside");
+    if (!arguments.json) {
+        progress.say(
+            arguments.output + ": " + std::to_string(size->width) + "x" +
+            std::to_string(size->height) + ", " + grouped(frame->triangles) + " of " +
+            grouped(stats.triangles) + " triangles drawn by " +
+            studio->device->description().name);
+        return 0;
+    }
+    const auto point = [](const glm::dvec3& p) { return nlohmann::ordered_json{p.x, p.y, p.z}; };
+    nlohmann::ordered_json json;
+    json["output"] = arguments.output;
+    json["size"] = {size->width, size->height};
+    json["device"] = studio->device->description().name;
+    json["isovalue"] = isovalue;
+    json["eye"] = point(source->eye);
+    json["target"] = point(source->target);
+    json["pixel_error"] = arguments.pixelError;
+    json["triangles"] = stats.triangles;
+    json["triangles_drawn"] = frame->triangles;
+    json["cells"] = stats.frontCells;
+    json["cells_extracted"] = stats.cellsExtracted;
+    json["cells_skipped"] = stats.cellsSkipped;
+    json["samples"] = stats.samples;
+    json["sanitised_samples"] = stats.sanitisedSamples;
+    json["mesh_bytes"] = stats.meshBytes;
+    json["seconds"] = {
+        {"total", std::chrono::duration<double>(Clock::now() - start).count()},
+        {"extract", extractSeconds}};
+    json["peak_rss_bytes"] = core::peakResidentBytes();
+    json["threads"] = jobs->concurrency();
+    print(json);
+    return 0;
+}
+
+} // namespace
+
+Action addRender(CLI::App& app)
+{
+    auto arguments = std::make_shared<RenderArguments>();
+    CLI::App* command =
+        app.add_subcommand("render", "Draw one picture of a source, at the detail its pixels need");
+    command->add_option("SOURCE", arguments->source, "volume file or proc:NAME[?key=value&...]")
+        ->required();
+    command->add_option("-o,--output", arguments->output, "picture: .png")->required();
+    command->add_option(
+        "--isovalue", arguments->isovalue,
+        "solid is where the value is at or above it; default: what separates the volume best");
+    command->add_option("--eye", arguments->eye, "X,Y,Z [world]; default: a good place");
+    command->add_option("--target", arguments->target, "X,Y,Z to look at [world]");
+    command->add_option("--fov", arguments->fov, "vertical field of view [degrees]")
+        ->check(CLI::Range(1.0, 179.0))
+        ->capture_default_str();
+    command->add_option("--size", arguments->size, "[px]")->capture_default_str();
+    command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
+        ->capture_default_str();
+    command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
+        ->capture_default_str();
+    command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
+        ->check(CLI::Range(0.0, 100.0))
+        ->capture_default_str();
+    command->add_flag("--closed", arguments->closed, "close the surface at the border of the data");
+    command->add_option(
+        "--device", arguments->device,
+        "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
+    command->add_option("--grid", arguments->grid, "which grid of a VDB file");
+    command->add_option("--memory-limit", arguments->memoryLimitGib, "of a volume [GiB]")
+        ->check(CLI::Range(0.001, 1e6))
+        ->capture_default_str();
+    command->add_option("--threads", arguments->threads, "0: one for each core")
+        ->check(CLI::Range(0, 1024));
+    command->add_flag("--json", arguments->json, "one JSON object on standard output");
+    command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
+    return [arguments] { return render(*arguments); };
+}
+
+} // namespace isofront::cli
