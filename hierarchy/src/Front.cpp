@@ -33,7 +33,7 @@ bool Front::isKnown(const LatticePoint& diamond) const
 bool Front::hasCell(const CellId& id) const
 {
     const auto found = _nodes.find(id.spine);
-    return found != _nodes.end() && (found->second.present >> id.index & 1U) != 0;
+    return found != _nodes.end() && (unsigned{found->second.present} >> id.index & 1U) != 0;
 }
 
 bool Front::isMergeable(const LatticePoint& diamond) const
@@ -123,7 +123,7 @@ bool Front::operator==(const Front& other) const
 void Front::add(const CellId& id)
 {
     Node& node = _nodes[id.spine];
-    ISOFRONT_ASSERT((node.present >> id.index & 1U) == 0, "the cell is there already");
+    ISOFRONT_ASSERT((unsigned{node.present} >> id.index & 1U) == 0, "the cell is there already");
     node.present = static_cast<std::uint8_t>(node.present | (1U << id.index));
     ++_cellCount;
 }

@@ -55,7 +55,7 @@ public:
             if (node.present != 0) {
                 const DiamondTetrahedra all = tetrahedraOf(Diamond(centre));
                 for (std::size_t i = 0; i < all.size(); ++i)
-                    if ((node.present >> all.index(i) & 1U) != 0)
+                    if ((unsigned{node.present} >> all.index(i) & 1U) != 0)
                         visit(CellId{centre, all.index(i)}, all.tetrahedron(i));
             }
     }

@@ -1,0 +1,408 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace isofront::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+struct Outcome {
+    int exitCode = -1;
+    std::string output;
+    std::string errors;
+};
+
+std::string contentsOf(const fs::path& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+/// The real program, in a folder of its own.
+class Command : public testing::Test {
+protected:
+    void SetUp() override
+    {
+        std::string pattern = (fs::temp_directory_path() / "isofront-test-XXXXXX").string();
+        ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+        folder = pattern;
+    }
+    void TearDown() override { fs::remove_all(folder); }
+
+    Outcome run(const std::string& arguments, const std::string& environment = "") const
+    {
+        const fs::path out = folder / "stdout";
+        const fs::path err = folder / "stderr";
+        const std::string line = "cd '" + folder.string() + "' && " + environment +
+                                 " '" ISOFRONT_BINARY "' " + arguments + " >'" + out.string() +
+                                 "' 2>'" + err.string() + "' </dev/null";
+        const int status = std::system(line.c_str());
+        return {
+            WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), contentsOf(out),
+            contentsOf(err)};
+    }
+
+    /// Fails with this code and one line that names all of these.
+    void expectFailure(
+        const std::string& arguments,
+        int code,
+        const std::vector<std::string>& names,
+        const std::string& environment = "") const
+    {
+        const Outcome outcome = run(arguments + " -q", environment);
+        EXPECT_EQ(outcome.exitCode, code) << arguments << "\n" << outcome.errors;
+        EXPECT_EQ(std::ranges::count(outcome.errors, '\n'), 1) << arguments << "\n" << outcome.errors;
+        EXPECT_TRUE(outcome.errors.starts_with("isofront: ")) << outcome.errors;
+        EXPECT_TRUE(outcome.output.empty()) << outcome.output;
+        for (const std::string& name : names)
+            EXPECT_NE(outcome.errors.find(name), std::string::npos)
+                << arguments << " should name " << name << ": " << outcome.errors;
+    }
+
+    void write(const std::string& name, const std::string& text) const
+    {
+        std::ofstream(folder / name, std::ios::binary) << text;
+    }
+
+    /// A raw NRRD volume of 32-bit floats.
+    void writeNrrd(
+        const std::string& name, std::array<std::size_t, 3> size, const std::vector<float>& values) const
+    {
+        std::ostringstream header;
+        header << "NRRD0004\ntype: float\ndimension: 3\nsizes: " << size[0] << ' ' << size[1] << ' '
+               << size[2] << "\nspacings: 1 1 1\nendian: little\nencoding: raw\n\n";
+        std::string text = header.str();
+        const std::size_t begin = text.size();
+        text.resize(begin + values.size() * sizeof(float));
+        std::memcpy(text.data() + begin, values.data(), values.size() * sizeof(float));
+        write(name, text);
+    }
+
+    fs::path folder;
+};
+
+std::string shipped(const std::string& name)
+{
+    return "'" ISOFRONT_DATA "/volumes/" + name + "'";
+}
+
+/// Vertices and triangles of a binary PLY as this program writes it, read apart from its writer.
+struct PlyMesh {
+    std::vector<std::array<double, 3>> vertices;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+
+    explicit PlyMesh(const fs::path& path)
+    {
+        const std::string text = contentsOf(path);
+        const std::size_t body = text.find("end_header\n") + 11;
+        std::istringstream header(text.substr(0, body));
+        std::size_t vertexCount = 0;
+        std::size_t faceCount = 0;
+        std::size_t vertexBytes = 0;
+        std::string element;
+        for (std::string word; header >> word;) {
+            if (word == "element") {
+                std::size_t count = 0;
+                header >> element >> count;
+                (element == "vertex" ? vertexCount : faceCount) = count;
+            } else if (word == "property" && element == "vertex") {
+                header >> word;
+                vertexBytes += word == "double" ? 8U : 4U;
+            }
+        }
+        const char* at = text.data() + body;
+        for (std::size_t i = 0; i < vertexCount; ++i, at += vertexBytes) {
+            vertices.emplace_back();
+            std::memcpy(vertices.back().data(), at, 24);
+        }
+        for (std::size_t i = 0; i < faceCount; ++i, at += 13) {
+            triangles.emplace_back();
+            std::memcpy(triangles.back().data(), at + 1, 12);
+        }
+        EXPECT_EQ(at, text.data() + text.size());
+    }
+
+    /// Edges that belong to one triangle only; by index or, welded, by position.
+    [[nodiscard]] std::vector<std::array<std::uint32_t, 2>> openEdges(bool welded) const
+    {
+        std::vector<std::uint32_t> name(vertices.size());
+        std::map<std::array<double, 3>, std::uint32_t> at;
+        for (std::uint32_t i = 0; i < vertices.size(); ++i)
+            name[i] = welded ? at.try_emplace(vertices[i], i).first->second : i;
+        std::map<std::array<std::uint32_t, 2>, int> uses;
+        for (const auto& t : triangles)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t a = name[t[k]];
+                const std::uint32_t b = name[t[(k + 1) % 3]];
+                ++uses[{std::min(a, b), std::max(a, b)}];
+            }
+        std::vector<std::array<std::uint32_t, 2>> open;
+        for (const auto& [edge, count] : uses) {
+            EXPECT_LE(count, 2);
+            if (count == 1)
+                open.push_back(edge);
+        }
+        return open;
+    }
+};
+
+TEST_F(Command, teachesByHelp)
+{
+    for (const std::string command : {"", "extract ", "info "}) {
+        const Outcome outcome = run(command + "--help");
+        EXPECT_EQ(outcome.exitCode, 0);
+        EXPECT_NE(outcome.output.find("SOURCE"), std::string::npos);
+        EXPECT_TRUE(outcome.errors.empty());
+    }
+    EXPECT_NE(run("--version").output.find("isofront 0."), std::string::npos);
+    expectFailure("", 2, {"--help"});
+    expectFailure("explode proc:sphere", 2, {"--help"});
+    expectFailure("extract proc:sphere", 2, {"--output"});
+}
+
+TEST_F(Command, refusesWhatMakesNoSenseAndNamesTheRemedy)
+{
+    expectFailure("extract proc:spere -o a.ply", 2, {"spere", "sphere", "torus"});
+    expectFailure("extract proc:sphere?radios=1 -o a.ply", 2, {"radios", "radius"});
+    expectFailure("extract 'proc:terrain?preset=alpin' -o a.ply", 2, {"alpin", "canyon"});
+    expectFailure("extract proc:sphere -o a.xyz", 2, {".xyz", ".glb", ".ply"});
+    expectFailure("extract proc:sphere -o a.ply --lattice 5", 2, {"5", "16"});
+    expectFailure("extract proc:sphere -o a.ply --level 93", 2, {"93", "92"});
+    expectFailure("extract proc:sphere -o a.ply --spacing fine", 2, {"fine", "native"});
+    expectFailure("extract proc:sphere -o a.ply --spacing native", 2, {"--spacing S"});
+    expectFailure("extract proc:sphere -o a.ply --spacing 1 --level 3", 2, {"--spacing", "--level"});
+    expectFailure("extract proc:sphere -o a.ply --max-error -1", 2, {"--max-error"});
+    expectFailure("extract proc:sphere -o a.ply --eye 1,2", 2, {"--eye", "1,2"});
+    expectFailure("extract proc:sphere -o a.ply --pixel-error 1", 2, {"--eye"});
+    write("notes.txt", "not a volume");
+    expectFailure("info notes.txt", 2, {"notes.txt", ".nrrd", ".vdb"});
+    EXPECT_TRUE(fs::directory_iterator(folder) != fs::directory_iterator());
+    EXPECT_FALSE(fs::exists(folder / "a.ply"));
+}
+
+TEST_F(Command, namesThePathThatCantBeReadOrWritten)
+{
+    expectFailure("info nowhere.nrrd", 4, {"nowhere.nrrd"});
+    expectFailure("extract nowhere.nii -o a.ply", 4, {"nowhere.nii"});
+    expectFailure("extract proc:sphere --level 3 -o no/such/folder/a.glb", 4, {"no/such/folder"});
+    if (geteuid() != 0) { // root may read anything
+        write("secret.nrrd", "NRRD0004\n");
+        fs::permissions(folder / "secret.nrrd", fs::perms::none);
+        expectFailure("info secret.nrrd", 4, {"secret.nrrd"});
+    }
+}
+
+#ifdef ISOFRONT_WITH_ITK
+TEST_F(Command, tellsWhatIsWrongWithDamagedVolumes)
+{
+    writeNrrd("good.nrrd", {8, 8, 8}, std::vector<float>(512, 1.0F));
+    const std::string good = contentsOf(folder / "good.nrrd");
+    write("empty.nrrd", "");
+    write("magic.nrrd", "GIF89a" + good.substr(6));
+    write("short.nrrd", good.substr(0, good.size() - 100));
+    std::string absurd = good;
+    absurd.replace(absurd.find("8 8 8"), 5, "900000000 900000000 9");
+    write("absurd.nrrd", absurd);
+    std::string zero = good;
+    zero.replace(zero.find("8 8 8"), 5, "8 0 8");
+    write("zero.nrrd", zero);
+    for (const std::string name : {"empty", "magic", "short", "absurd", "zero"}) {
+        expectFailure("info " + name + ".nrrd", 3, {name + ".nrrd"});
+        expectFailure("extract " + name + ".nrrd -o a.ply", 3, {name + ".nrrd"});
+    }
+    writeNrrd("nan.nrrd", {8, 8, 8}, std::vector<float>(512, std::nanf("")));
+    expectFailure("extract nan.nrrd -o a.ply", 3, {"nan.nrrd", "finite"});
+    EXPECT_FALSE(fs::exists(folder / "a.ply"));
+}
+
+TEST_F(Command, goesOnWithSomeNonFiniteVoxelsAndCountsThem)
+{
+    std::vector<float> values;
+    for (int z = 0; z < 16; ++z)
+        for (int y = 0; y < 16; ++y)
+            for (int x = 0; x < 16; ++x)
+                values.push_back(static_cast<float>(6 - std::hypot(x - 7.5, y - 7.5, z - 7.5)));
+    values[16 * 16 * 8 + 16 * 8 + 12] = std::nanf("");
+    values[16 * 16 * 8 + 16 * 2 + 7] = HUGE_VALF;
+    writeNrrd("holes.nrrd", {16, 16, 16}, values);
+    const Outcome outcome = run("extract holes.nrrd --isovalue 0 --closed --json -o a.ply");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+    EXPECT_GT(Json::parse(outcome.output)["sanitised_samples"], 0);
+    EXPECT_NE(outcome.errors.find("not finite"), std::string::npos);
+    EXPECT_TRUE(PlyMesh(folder / "a.ply").openEdges(false).empty());
+    EXPECT_EQ(Json::parse(run("info holes.nrrd --json").output)["volume"]["non_finite_voxels"], 2);
+}
+
+TEST_F(Command, refusesWorkOverItsMemoryLimitBeforeItBegins)
+{
+    expectFailure(
+        "extract " + shipped("silicium_104x40x40_u8.nrrd") + " --level 60 --memory-limit 0.01 -o a.ply",
+        6, {"--memory-limit"});
+    expectFailure("extract proc:gyroid --level 40 --memory-limit 0.05 -o a.ply", 6, {"--memory-limit"});
+    EXPECT_FALSE(fs::exists(folder / "a.ply"));
+}
+
+TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)
+{
+    for (const std::string name : {"nucleon_41x41x41_u8.nrrd", "silicium_104x40x40_u8.nrrd"})
+        for (const bool closed : {false, true}) {
+            const Outcome outcome = run(
+                "extract " + shipped(name) + (closed ? " --closed" : "") + " --isovalue 100 --json -o a.ply");
+            ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+            const Json json = Json::parse(outcome.output);
+            const PlyMesh mesh(folder / "a.ply");
+            EXPECT_EQ(json["triangles"], mesh.triangles.size());
+            EXPECT_EQ(json["vertices"], mesh.vertices.size());
+            EXPECT_GT(mesh.triangles.size(), 1000U);
+            EXPECT_EQ(json["settings"]["axis_step"], 1.0) << "native spacing";
+            const auto open = mesh.openEdges(false);
+            if (closed) {
+                EXPECT_TRUE(open.empty());
+                EXPECT_TRUE(mesh.openEdges(true).empty());
+                continue;
+            }
+            const Json info =
+                Json::parse(run("info " + shipped(name) + " --json").output)["world_box"];
+            for (const auto& edge : open)
+                for (const std::uint32_t v : edge) {
+                    double toBorder = HUGE_VAL;
+                    for (std::size_t axis = 0; axis < 3; ++axis)
+                        for (const char* side : {"min", "max"})
+                            toBorder = std::min(
+                                toBorder, std::abs(mesh.vertices[v][axis] - double(info[side][axis])));
+                    EXPECT_LE(toBorder, 1.0);
+                }
+        }
+}
+
+/// Real volumes: one anisotropic, one a level set, where a folder with them is named.
+TEST_F(Command, closesRealVolumes)
+{
+    const char* data = std::getenv("ISOFRONT_TEST_DATA");
+    if (data == nullptr)
+        GTEST_SKIP() << "ISOFRONT_TEST_DATA names no folder with volumes";
+    const std::array<std::array<std::string, 2>, 3> cases{
+        {{"cranium_ct_256x256x108_i16.nrrd", "--isovalue 300"},
+         {"skull_64x64x64_f32.nrrd", "--isovalue 2.9"},
+         {"armadillo_levelset_200.vdb", ""}}};
+    for (const auto& [name, options] : cases) {
+        const Outcome outcome = run(
+            "extract '" + std::string(data) + "/volumes/" + name + "' " + options +
+            " --closed --json -o a.ply");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+        const PlyMesh mesh(folder / "a.ply");
+        EXPECT_GT(mesh.triangles.size(), 10000U) << name;
+        EXPECT_TRUE(mesh.openEdges(false).empty()) << name;
+        EXPECT_TRUE(mesh.openEdges(true).empty()) << name;
+    }
+}
+#endif
+
+TEST_F(Command, printsOneJsonObjectAndNothingElse)
+{
+    const Outcome outcome = run("extract proc:torus --level 6 --json -o a.glb");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+    const Json json = Json::parse(outcome.output);
+    for (const char* key :
+         {"triangles", "vertices", "cells", "cells_skipped", "samples", "sanitised_samples", "bounds",
+          "seconds", "peak_rss_bytes", "threads", "settings"})
+        EXPECT_TRUE(json.contains(key)) << key;
+    for (const char* key :
+         {"total", "load", "sample", "contour", "smooth", "simplify", "normals", "write"})
+        EXPECT_TRUE(json["seconds"].contains(key)) << key;
+    EXPECT_GT(json["cells_skipped"], 0);
+    const Json sources = Json::parse(run("info proc: --json").output)["procedural"];
+    EXPECT_GE(sources.size(), 6U);
+}
+
+TEST_F(Command, writesTheSameBytesOnAnyNumberOfThreads)
+{
+    for (const int threads : {1, 2, 8})
+        ASSERT_EQ(
+            run("extract proc:gyroid --level 7 --threads " + std::to_string(threads) + " -o " +
+                std::to_string(threads) + ".ply")
+                .exitCode,
+            0);
+    EXPECT_EQ(contentsOf(folder / "1.ply"), contentsOf(folder / "2.ply"));
+    EXPECT_EQ(contentsOf(folder / "1.ply"), contentsOf(folder / "8.ply"));
+}
+
+TEST_F(Command, extractsAViewersDetailAndAnErrorBound)
+{
+    const Json near = Json::parse(
+        run("extract proc:sphere --eye 1.3,0,0 --pixel-error 2 --size 400x300 --json -o a.ply").output);
+    EXPECT_GT(near["triangles"], 1000);
+    EXPECT_TRUE(PlyMesh(folder / "a.ply").openEdges(false).empty());
+    const Json bound =
+        Json::parse(run("extract proc:sphere --max-error 0.001 --json -o b.ply").output);
+    EXPECT_LE(bound["estimated_error"]["max"], 0.001);
+    double worst = 0;
+    for (const auto& v : PlyMesh(folder / "b.ply").vertices)
+        worst = std::max(worst, std::abs(std::hypot(v[0], v[1], v[2]) - 1.0));
+    EXPECT_LT(worst, 0.001);
+}
+
+TEST_F(Command, makesAValidFileOfAnEmptySurfaceAndWarns)
+{
+    for (const char* extension : {"ply", "glb", "obj", "stl"}) {
+        const Outcome outcome = run(std::string("extract proc:sphere --isovalue 1e9 -o a.") + extension);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
+        EXPECT_NE(outcome.errors.find("warning"), std::string::npos) << extension;
+        EXPECT_TRUE(fs::exists(folder / (std::string("a.") + extension)));
+    }
+}
+
+#ifdef ISOFRONT_WITH_VULKAN
+TEST_F(Command, saysThatThereIsNoDevice)
+{
+    expectFailure(
+        "render proc:sphere -o a.png --device 'no such device'", 5, {"no such device"});
+    expectFailure("fly --frames 1 --size 64x36 --out f", 5, {"Vulkan"}, "VK_ICD_FILENAMES=/nonexistent VK_DRIVER_FILES=/nonexistent");
+    expectFailure("fly --preset alpin --frames 1", 2, {"alpin", "canyon"});
+    expectFailure("render proc:sphere -o a.png --size 0x5", 2, {"0x5"});
+}
+
+TEST_F(Command, drawsAVolumeAndFliesOverATerrain)
+{
+    const Outcome drawn = run(
+        "render " + shipped("fuel_68x68x68_u8.nrrd") + " --closed --size 160x120 --json -o a.png",
+        "ISOFRONT_DEVICE=cpu");
+    ASSERT_EQ(drawn.exitCode, 0) << drawn.errors;
+    EXPECT_GT(Json::parse(drawn.output)["triangles_drawn"], 500);
+    EXPECT_EQ(contentsOf(folder / "a.png").substr(1, 3), "PNG");
+
+    const Outcome flown = run(
+        "fly --frames 3 --size 160x90 --pixel-error 8 --lattice 8 --out flight --json",
+        "ISOFRONT_DEVICE=cpu");
+    ASSERT_EQ(flown.exitCode, 0) << flown.errors;
+    EXPECT_EQ(Json::parse(flown.output)["frames"], 3);
+    for (const char* name : {"report.json", "report.html", "contact-sheet.png"})
+        EXPECT_TRUE(fs::exists(folder / "flight" / name)) << name;
+    const Json report = Json::parse(contentsOf(folder / "flight" / "report.json"));
+    EXPECT_EQ(report["frames"].size(), 3U);
+    EXPECT_GT(report["frames"][0]["triangles"], 100);
+}
+#endif
+
+} // namespace
+} // namespace isofront::cli

@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""Walks the includes of all sources and proves that no floor includes one above it.
+
+The table is that of ARCHITECTURE.md. Exits with 1 and a line for each include that is not allowed.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+# floor: (folder, floors that it may include)
+FLOORS = {
+    "core": ("core", []),
+    "hierarchy": ("hierarchy", ["core"]),
+    "fields": ("extractor/fields", ["core"]),
+    "volume": ("extractor/volume", ["core", "fields"]),
+    "extractor": ("extractor/mesh", ["core", "hierarchy", "fields"]),
+    "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
+    "exchange": ("engine/exchange", ["core", "surface"]),
+    "gpu": ("engine/gpu", ["core"]),
+    "render": (
+        "engine/render",
+        ["core", "hierarchy", "extractor", "surface", "gpu", "shaders"],
+    ),
+}
+# A library that only some places may name: pattern of the include, folders or files allowed
+CONFINED = [
+    (r"tbb/", ["core/src/jobs"]),
+    (r"openvdb/", ["extractor/volume/src/VdbReader.cpp"]),
+    (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
+    (r"vulkan/", ["engine/gpu", "engine/render"]),
+    (r"hwy/", ["extractor/fields/src"]),
+]
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
+
+
+def main() -> int:
+    wrong = []
+    checked = 0
+    for floor, (folder, below) in FLOORS.items():
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix not in (".h", ".cpp"):
+                continue
+            checked += 1
+            name = path.relative_to(ROOT).as_posix()
+            for include in INCLUDE.findall(path.read_text()):
+                if include.startswith("isofront/"):
+                    other = include.split("/")[1]
+                    if other != floor and other not in below:
+                        wrong.append(f"{name}: {floor} may not include {include}")
+                for pattern, places in CONFINED:
+                    if re.match(pattern, include) and not any(name.startswith(p) for p in places):
+                        wrong.append(f"{name}: only {', '.join(places)} may include {include}")
+    if checked < 50:
+        wrong.append(f"only {checked} files found: is the table of folders still true?")
+    print("\n".join(wrong) if wrong else f"{checked} files include nothing from above")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
