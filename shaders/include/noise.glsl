@@ -63,7 +63,7 @@ float shownShare(float footprint, float wavelength)
 struct Texture {
     float broad;  // wavelengths of 256 m and 64 m
     float middle; // 16 m and 4 m
-    float fine;   // 1 m and 0.25 m
+    float fine;   // 1 m, 0.25 m and 0.06 m
     vec3 bump;    // gradient of the finer ones
 };
 
@@ -75,11 +75,11 @@ Texture textureAt(vec3 phase, vec3 fromEye, float footprint)
     float wavelength = 256.0;
     vec3 shift = vec3(0.0);
     // A loop rather than a list, because it ends early where all is far away.
-    for (int i = 0; i < 6 && footprint < 0.5 * wavelength; ++i) {
+    for (int i = 0; i < 7 && footprint < 0.5 * wavelength; ++i) {
         uint mask = uint(kNoisePeriod / wavelength) - 1u;
         vec4 n = shownShare(footprint, wavelength) *
                  noiseWithGradient((phase + fromEye) / wavelength + shift, mask);
-        float strong = (i & 1) == 0 ? 0.65 : 0.35;
+        float strong = i == 6 ? 0.35 : (i & 1) == 0 ? 0.65 : 0.45;
         if (i < 2)
             result.broad += strong * n.x;
         else if (i < 4)

@@ -156,7 +156,7 @@ shared::Frame frameData(
     frame.groundLight = row(day.groundLight);
     constexpr double kHeightOfAir = 3000.0;
     // The air between the eye and a mountain is thicker than the sky's: it makes distance readable.
-    constexpr double kAerialStrength = 2.5;
+    constexpr double kAerialStrength = 2.0;
     frame.airScattering = row(day.airScattering, kHeightOfAir);
     frame.hazeScattering = row(day.hazeScattering, kAerialStrength);
 

@@ -17,6 +17,7 @@
 #include <bit>
 #include <chrono>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -125,6 +126,8 @@ struct Renderer::Parts {
     std::uint64_t uploadedSinceFrame = 0;
     gpu::Image shadowMap;
     std::vector<std::uint32_t> seen;   ///< cells in the picture, the nearest first
+    SunBox shadowBox;                  ///< what the shadow map shows
+    int mapAge = 0;                    ///< in frames
     std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
 
     core::Result<void> resize(int width, int height);
@@ -135,7 +138,9 @@ struct Renderer::Parts {
     void issueDraws(
         VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const;
     core::Result<void>
-    record(std::size_t index, const hierarchy::View& view, const Scene& scene, const SunBox& sun);
+    record(std::size_t index, const hierarchy::View& view, const Scene& scene, bool redrawShadows);
+    /// Keeps the shadow map, or takes a new box for it. Returns true if it must be drawn.
+    bool updateSun(const SunBox& wanted, int interval);
     /// Copies an image of the last picture, four bytes a pixel.
     core::Result<std::vector<std::byte>> copied(const gpu::Image& image, const gpu::Use& now);
 };
@@ -197,6 +202,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .copying = std::move(*copying),
         .shadowMap = std::move(*shadowMap),
         .seen = {},
+        .shadowBox = {},
         .sunlit = {}});
     return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
 }
@@ -297,11 +303,11 @@ void Renderer::Parts::issueDraws(
 }
 
 core::Result<void> Renderer::Parts::record(
-    std::size_t index, const hierarchy::View& view, const Scene& scene, const SunBox& sun)
+    std::size_t index, const hierarchy::View& view, const Scene& scene, bool redrawShadows)
 {
     Slot& slot = slots[index];
     const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
-    const shared::Frame frame = frameData(domain, view, scene, sun, shadowTexels);
+    const shared::Frame frame = frameData(domain, view, scene, shadowBox, shadowTexels);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
     passes.bind(index, slot.frame, slot.cells, targets, shadowMap);
 
@@ -311,15 +317,15 @@ core::Result<void> Renderer::Parts::record(
     const bool twoSided = scene.twoSided.value_or(scene.look == Look::studio);
     Passes::MeshDraw draw{
         .meshes = &store.buffer(),
-        .cull = VK_CULL_MODE_NONE,
+        .cull = VK_CULL_MODE_BACK_BIT,
         .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
                                                  : VK_FRONT_FACE_COUNTER_CLOCKWISE,
         .issue = [&](VkCommandBuffer buffer) {
             issueDraws(buffer, slot, seen.size(), sunlit.size());
         }};
-    if (sun.casts)
+    if (redrawShadows)
         passes.drawShadows(commands, index, shadowMap, draw);
-    else
+    else if (!shadowBox.casts)
         Passes::skipShadows(commands, shadowMap);
     slot.timestamps.mark(commands);
     draw.cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT;
@@ -338,6 +344,20 @@ core::Result<void> Renderer::Parts::record(
     if (!ticket)
         return tl::unexpected(ticket.error());
     return {};
+}
+
+bool Renderer::Parts::updateSun(const SunBox& wanted, int interval)
+{
+    const SunBox kept = shadowBox.seenFrom(domain, wanted.eye);
+    if (wanted.casts && mapAge < interval && kept.isNear(wanted)) {
+        shadowBox = kept;
+        ++mapAge;
+        return false;
+    }
+    shadowBox = wanted;
+    // Until it is really drawn, it must not be kept.
+    mapAge = std::numeric_limits<int>::max();
+    return wanted.casts;
 }
 
 core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene& scene)
@@ -368,7 +388,8 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
         sunBox(parts.domain, view, scene, static_cast<int>(parts.shadowMap.extent().width));
     visibleInto(cells, gridView(parts.domain, view), parts.seen);
     parts.sunlit.clear();
-    if (sun.casts)
+    const bool redrawShadows = parts.updateSun(sun, scene.shadowInterval);
+    if (redrawShadows)
         visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit);
     if (const core::Result<void> room =
             reserveDraws(*parts.device, slot, parts.seen.size() + parts.sunlit.size());
@@ -379,8 +400,11 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
     stats.cellsCulled = cells.size() - parts.seen.size();
-    if (const core::Result<void> recorded = parts.record(index, view, scene, sun); !recorded)
+    if (const core::Result<void> recorded = parts.record(index, view, scene, redrawShadows);
+        !recorded)
         return tl::unexpected(recorded.error());
+    if (redrawShadows)
+        parts.mapAge = 1;
     parts.nextSlot = (index + 1) % parts.slots.size();
     parts.lastSlot = &slot;
 
