@@ -59,15 +59,16 @@ Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
     return Ground(albedo, normalize(mix(bumped, normal, 0.75 * snowHere)));
 }
 
-vec3 litGround(Ground ground, float shadow, float openness)
+// @param shares  of the sun's and of the sky's light that reach it
+vec3 litGround(Ground ground, vec2 shares)
 {
     vec3 up = frame.up.xyz;
     float toSun = dot(ground.normal, frame.sunDirection.xyz);
     // A little light reaches round the edge, as on real, rough ground.
     float direct = max(toSun, 0.0) * 0.92 + 0.08 * smoothstep(-0.3, 1.0, toSun);
     float above = 0.5 + 0.5 * dot(ground.normal, up);
-    vec3 ambient = (frame.skyLight.rgb * above + frame.groundLight.rgb * (1.0 - above)) * openness;
-    return ground.albedo * (frame.sunLight.rgb * (direct * shadow / kPi) + ambient);
+    vec3 ambient = (frame.skyLight.rgb * above + frame.groundLight.rgb * (1.0 - above)) * shares.y;
+    return ground.albedo * (frame.sunLight.rgb * (direct * shares.x / kPi) + ambient);
 }
 
 void main()
@@ -94,7 +95,7 @@ void main()
     float footprint = distance * frame.rayForward.w;
 
     Ground ground = groundAt(fromEye, height, footprint, normal);
-    vec3 light = litGround(ground, sunShare(fromEyeInWorld, normal), 1.0);
+    vec3 light = litGround(ground, lightShares(fromEyeInWorld, normal));
     vec3 kept = transmittance(distance, frame.eyePhase.w, height);
     light = light * kept + scatteredLight(direction) * (1.0 - kept);
     colour = finished(light);
