@@ -49,8 +49,8 @@ struct Frame {
     // map: x and y in [-1, 1], z in [0, 1] and growing towards the sun. In their w: what to add.
     vec4 shadowFromGrid[3];
     vec4 shadowFromWorld[3];
-    // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows, metres
-    // in a unit of its depth.
+    // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows,
+    // metres in a unit of its depth.
     vec4 shadowSize;
     // Albedos, linear. Terrain: rock, a second rock, grass, scree, snow. Studio: surface, caps.
     vec4 colours[5];

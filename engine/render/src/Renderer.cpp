@@ -66,7 +66,7 @@ core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t cou
         buffer = std::move(*larger);
         return {};
     };
-    if (const core::Result<void> grown =
+    if (core::Result<void> grown =
             grow(slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
         !grown)
         return grown;
@@ -157,7 +157,7 @@ Renderer::~Renderer()
 core::Result<std::unique_ptr<Renderer>> Renderer::create(
     gpu::Device& device, const hierarchy::Domain& domain, const RendererOptions& options)
 {
-    if (const core::Result<void> sound = checkOptions(device, options); !sound)
+    if (core::Result<void> sound = checkOptions(device, options); !sound)
         return tl::unexpected(sound.error());
     core::Result<MeshStore> store = MeshStore::create(device, options);
     if (!store)
@@ -238,7 +238,7 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
     const VkExtent2D extent{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
     if (extent.width == targets.extent().width && extent.height == targets.extent().height)
         return {};
-    if (const core::Result<void> idle = device->wait(device->submitted()); !idle)
+    if (core::Result<void> idle = device->wait(device->submitted()); !idle)
         return idle;
     core::Result<Targets> fresh = Targets::create(*device, extent.width, extent.height);
     if (!fresh)
@@ -371,12 +371,12 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
             "direction, an angle below 180 degrees and 1 to " +
                 std::to_string(limit) + " pixels a side");
     }
-    if (const core::Result<void> sized = parts.resize(view.width, view.height); !sized)
+    if (core::Result<void> sized = parts.resize(view.width, view.height); !sized)
         return tl::unexpected(sized.error());
 
     const std::size_t index = parts.nextSlot;
     Slot& slot = parts.slots[index];
-    if (const core::Result<void> begun = slot.commands.begin(); !begun)
+    if (core::Result<void> begun = slot.commands.begin(); !begun)
         return tl::unexpected(begun.error());
     const Clock::time_point start = Clock::now();
     FrameStats stats;
@@ -391,7 +391,7 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
     const bool redrawShadows = parts.updateSun(sun, scene.shadowInterval);
     if (redrawShadows)
         visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit);
-    if (const core::Result<void> room =
+    if (core::Result<void> room =
             reserveDraws(*parts.device, slot, parts.seen.size() + parts.sunlit.size());
         !room)
         return tl::unexpected(room.error());
@@ -400,8 +400,7 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
     stats.cellsCulled = cells.size() - parts.seen.size();
-    if (const core::Result<void> recorded = parts.record(index, view, scene, redrawShadows);
-        !recorded)
+    if (core::Result<void> recorded = parts.record(index, view, scene, redrawShadows); !recorded)
         return tl::unexpected(recorded.error());
     if (redrawShadows)
         parts.mapAge = 1;
@@ -420,7 +419,7 @@ core::Result<std::vector<PassTime>> Renderer::finish()
     const Slot* slot = _parts->lastSlot;
     if (slot == nullptr)
         return std::vector<PassTime>();
-    if (const core::Result<void> waited = _parts->device->wait(slot->commands.ticket()); !waited)
+    if (core::Result<void> waited = _parts->device->wait(slot->commands.ticket()); !waited)
         return tl::unexpected(waited.error());
     const std::vector<double> spans = slot->timestamps.spans();
     std::vector<PassTime> times;
@@ -440,7 +439,7 @@ Renderer::Parts::copied(const gpu::Image& image, const gpu::Use& now)
         *device, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryKind::readback);
     if (!target)
         return tl::unexpected(target.error());
-    if (const core::Result<void> begun = copying.begin(); !begun)
+    if (core::Result<void> begun = copying.begin(); !begun)
         return tl::unexpected(begun.error());
     const VkCommandBuffer commands = copying.get();
     gpu::imageBarrier(commands, image, now, gpu::use::kTransferRead);
@@ -454,7 +453,7 @@ Renderer::Parts::copied(const gpu::Image& image, const gpu::Use& now)
     const core::Result<gpu::Device::Ticket> ticket = copying.submit();
     if (!ticket)
         return tl::unexpected(ticket.error());
-    if (const core::Result<void> waited = device->wait(*ticket); !waited)
+    if (core::Result<void> waited = device->wait(*ticket); !waited)
         return tl::unexpected(waited.error());
     const std::span<const std::byte> mapped = target->mapped();
     return std::vector<std::byte>(mapped.begin(), mapped.end());
