@@ -17,7 +17,7 @@ struct Ground {
 Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
 {
     vec3 up = frame.up.xyz;
-    Texture t = textureAt(frame.eyePhase.xyz, fromEye, footprint);
+    Texture t = textureAt(frame.eyePhase.xyz, fromEye, footprint, frame.heights.w);
     float slope = dot(normal, up);
     float steep = 1.0 - smoothstep(0.55, 0.85, slope);
 

@@ -69,13 +69,14 @@ struct Texture {
 
 // @param phase      the eye's position modulo the period [m]
 // @param footprint  width of a pixel there [m]
-Texture textureAt(vec3 phase, vec3 fromEye, float footprint)
+// @param finest     wavelength below which there is nothing [m]
+Texture textureAt(vec3 phase, vec3 fromEye, float footprint, float finest)
 {
     Texture result = Texture(0.0, 0.0, 0.0, vec3(0.0));
     float wavelength = 256.0;
     vec3 shift = vec3(0.0);
     // A loop rather than a list, because it ends early where all is far away.
-    for (int i = 0; i < 7 && footprint < 0.5 * wavelength; ++i) {
+    for (int i = 0; i < 7 && footprint < 0.5 * wavelength && wavelength >= finest; ++i) {
         uint mask = uint(kNoisePeriod / wavelength) - 1u;
         vec4 n = shownShare(footprint, wavelength) *
                  noiseWithGradient((phase + fromEye) / wavelength + shift, mask);

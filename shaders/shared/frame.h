@@ -43,7 +43,7 @@ struct Frame {
     // Background colour, linear and not tone-mapped; in w 1 if it is to be used.
     vec4 backdrop;
     // Terrain: heights above the base [m]: where grass ends, where snow begins; thickness of the
-    // rock's layers [m].
+    // rock's layers [m]; wavelength of the finest detail [m].
     vec4 heights;
     // Rows that take a difference of grid points, or a vector from the eye [world], to the shadow
     // map: x and y in [-1, 1], z in [0, 1] and growing towards the sun. In their w: what to add.

@@ -171,7 +171,8 @@ shared::Frame frameData(
         setShadows(frame, sunBox, gridFromDirection, shadowTexels, metres);
     if (scene.backdrop)
         frame.backdrop = shared::vec4(*scene.backdrop, 1.0F);
-    frame.heights = shared::vec4(terrain.grassLine, terrain.snowLine, terrain.layerThickness, 0.0F);
+    frame.heights = shared::vec4(
+        terrain.grassLine, terrain.snowLine, terrain.layerThickness, terrain.finestDetail);
     if (scene.look == Look::terrain) {
         const std::array colours{
             terrain.rock, terrain.otherRock, terrain.grass, terrain.scree, terrain.snow};

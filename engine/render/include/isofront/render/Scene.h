@@ -25,6 +25,9 @@ struct TerrainLook {
     glm::vec3 grass{0.066F, 0.080F, 0.030F};
     glm::vec3 scree{0.215F, 0.195F, 0.170F};
     glm::vec3 snow{0.850F, 0.880F, 0.930F};
+    /// Wavelength of the finest detail painted onto the ground [m]; each factor of 4 up to 256
+    /// saves an octave of noise a pixel. Triangles are not concerned.
+    float finestDetail = 0.06F;
     float haze = 1.0F; ///< how hazy the air is, >= 0; 0 is clear, 1 a fine day, 10 mist
 };
 
