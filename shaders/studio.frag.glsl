@@ -51,11 +51,11 @@ void main()
     vec3 key = normalize(-0.55 * right - 0.75 * down - 0.55 * forward);
     vec3 fill = normalize(0.9 * right - 0.1 * down - 0.5 * forward);
     vec3 rim = normalize(0.35 * right - 0.6 * down + 0.9 * forward);
-    vec3 light = lightFrom(key, vec3(1.05, 1.0, 0.93), normal, toEye, albedo, gloss);
-    light += lightFrom(fill, vec3(0.22, 0.26, 0.32), normal, toEye, albedo, 0.5 * gloss);
+    vec3 light = lightFrom(key, vec3(0.80, 0.76, 0.71), normal, toEye, albedo, gloss);
+    light += lightFrom(fill, vec3(0.15, 0.18, 0.22), normal, toEye, albedo, 0.5 * gloss);
     light += lightFrom(rim, vec3(0.5, 0.52, 0.55), normal, toEye, albedo, gloss);
     float above = 0.5 - 0.5 * dot(normal, down);
-    light += albedo * mix(vec3(0.07, 0.065, 0.06), vec3(0.17, 0.18, 0.2), above);
+    light += albedo * mix(vec3(0.05, 0.046, 0.043), vec3(0.12, 0.127, 0.14), above);
     // Glancing views catch the light of the room.
     float glance = pow(1.0 - max(dot(normal, toEye), 0.0), 4.0);
     light += glance * 0.1 * vec3(0.8, 0.9, 1.0) * (cap ? 0.2 : 1.0);

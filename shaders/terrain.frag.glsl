@@ -17,7 +17,7 @@ struct Ground {
 Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
 {
     vec3 up = frame.up.xyz;
-    Texture t = textureAt(frame.eyePhase.xyz, fromEye, footprint);
+    Texture t = textureAt(frame.eyePhase.xyz, fromEye, footprint, frame.heights.w);
     float slope = dot(normal, up);
     float steep = 1.0 - smoothstep(0.55, 0.85, slope);
 
@@ -33,18 +33,18 @@ Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
     thick *= shownShare(footprint, thickness);
     thin *= shownShare(footprint, 0.2 * thickness) * steep;
     vec3 rock = mix(frame.colours[0].rgb, frame.colours[1].rgb, clamp(0.5 + 1.6 * thick, 0.0, 1.0));
-    rock *= 1.0 + 0.45 * thin + 0.18 * t.broad + 0.30 * t.middle + 0.25 * t.fine;
+    rock *= 0.92 + 0.45 * thin + 0.18 * t.broad + 0.32 * t.middle + 0.45 * t.fine;
 
-    vec3 scree = frame.colours[3].rgb * (1.0 + 0.15 * t.broad + 0.22 * t.middle + 0.40 * t.fine);
+    vec3 scree = frame.colours[3].rgb * (1.0 + 0.15 * t.broad + 0.22 * t.middle + 0.60 * t.fine);
     // Grass is dry in places and gives way to bushes in others.
     float dry = smoothstep(-0.1, 0.5, t.broad + 0.4 * t.middle);
-    float bushes = smoothstep(0.15, 0.35, 0.7 * t.middle - 0.5 * t.broad + 0.1 * t.fine);
+    float bushes = smoothstep(0.0, 0.5, 0.6 * t.middle - 0.5 * t.broad + 0.35 * t.fine);
     vec3 grass = frame.colours[2].rgb * mix(vec3(1.0), vec3(1.9, 1.35, 1.25), dry);
-    grass *= 1.0 + 0.20 * t.middle + 0.35 * t.fine;
-    grass = mix(grass, frame.colours[2].rgb * vec3(0.45, 0.55, 0.6), 0.8 * bushes);
+    grass *= 1.0 + 0.20 * t.middle + 0.60 * t.fine;
+    grass = mix(grass, frame.colours[2].rgb * vec3(0.45, 0.55, 0.6), 0.7 * bushes);
     vec3 snow = frame.colours[4].rgb * (0.98 + 0.03 * t.middle);
 
-    float ragged = 0.10 * t.broad + 0.10 * t.middle + 0.06 * t.fine;
+    float ragged = 0.09 * t.broad + 0.09 * t.middle + 0.10 * t.fine;
     float screeHere = smoothstep(0.60, 0.76, slope + ragged);
     float grassLine = frame.heights.x * (1.0 + 0.35 * t.broad + 0.10 * t.middle);
     float grassHere = smoothstep(0.72, 0.84, slope + ragged) *
@@ -59,15 +59,16 @@ Ground groundAt(vec3 fromEye, float height, float footprint, vec3 normal)
     return Ground(albedo, normalize(mix(bumped, normal, 0.75 * snowHere)));
 }
 
-vec3 litGround(Ground ground, float shadow, float openness)
+// @param shares  of the sun's and of the sky's light that reach it
+vec3 litGround(Ground ground, vec2 shares)
 {
     vec3 up = frame.up.xyz;
     float toSun = dot(ground.normal, frame.sunDirection.xyz);
     // A little light reaches round the edge, as on real, rough ground.
     float direct = max(toSun, 0.0) * 0.92 + 0.08 * smoothstep(-0.3, 1.0, toSun);
     float above = 0.5 + 0.5 * dot(ground.normal, up);
-    vec3 ambient = (frame.skyLight.rgb * above + frame.groundLight.rgb * (1.0 - above)) * openness;
-    return ground.albedo * (frame.sunLight.rgb * (direct * shadow / kPi) + ambient);
+    vec3 ambient = (frame.skyLight.rgb * above + frame.groundLight.rgb * (1.0 - above)) * shares.y;
+    return ground.albedo * (frame.sunLight.rgb * (direct * shares.x / kPi) + ambient);
 }
 
 void main()
@@ -94,7 +95,7 @@ void main()
     float footprint = distance * frame.rayForward.w;
 
     Ground ground = groundAt(fromEye, height, footprint, normal);
-    vec3 light = litGround(ground, sunShare(fromEyeInWorld, normal), 1.0);
+    vec3 light = litGround(ground, lightShares(fromEyeInWorld, normal));
     vec3 kept = transmittance(distance, frame.eyePhase.w, height);
     light = light * kept + scatteredLight(direction) * (1.0 - kept);
     colour = finished(light);

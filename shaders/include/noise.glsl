@@ -63,23 +63,24 @@ float shownShare(float footprint, float wavelength)
 struct Texture {
     float broad;  // wavelengths of 256 m and 64 m
     float middle; // 16 m and 4 m
-    float fine;   // 1 m and 0.25 m
+    float fine;   // 1 m, 0.25 m and 0.06 m
     vec3 bump;    // gradient of the finer ones
 };
 
 // @param phase      the eye's position modulo the period [m]
 // @param footprint  width of a pixel there [m]
-Texture textureAt(vec3 phase, vec3 fromEye, float footprint)
+// @param finest     wavelength below which there is nothing [m]
+Texture textureAt(vec3 phase, vec3 fromEye, float footprint, float finest)
 {
     Texture result = Texture(0.0, 0.0, 0.0, vec3(0.0));
     float wavelength = 256.0;
     vec3 shift = vec3(0.0);
     // A loop rather than a list, because it ends early where all is far away.
-    for (int i = 0; i < 6 && footprint < 0.5 * wavelength; ++i) {
+    for (int i = 0; i < 7 && footprint < 0.5 * wavelength && wavelength >= finest; ++i) {
         uint mask = uint(kNoisePeriod / wavelength) - 1u;
         vec4 n = shownShare(footprint, wavelength) *
                  noiseWithGradient((phase + fromEye) / wavelength + shift, mask);
-        float strong = (i & 1) == 0 ? 0.65 : 0.35;
+        float strong = i == 6 ? 0.35 : (i & 1) == 0 ? 0.65 : 0.45;
         if (i < 2)
             result.broad += strong * n.x;
         else if (i < 4)

@@ -1,4 +1,4 @@
-// How much of the sun reaches a place, by the shadow map.
+// How much light reaches a place, by the shadow map.
 #ifndef ISOFRONT_SHADOW_GLSL
 #define ISOFRONT_SHADOW_GLSL
 
@@ -6,18 +6,23 @@
 
 layout(set = 0, binding = 3) uniform sampler2D shadowImage;
 
-float litTexel(ivec2 texel, float depth)
+// Sun and sky as one texel has them: in x 1 in the sun and 0 in the shadow; in y what the sky gives.
+// What takes the sun away nearby, as the roof of a cave does, takes a part of the sky with it.
+vec2 texelShares(ivec2 texel, float depth)
 {
     // Reversed: what is nearer to the sun is larger.
-    return texelFetch(shadowImage, texel, 0).r > depth ? 0.0 : 1.0;
+    float above = (texelFetch(shadowImage, texel, 0).r - depth) * frame.shadowSize.w;
+    if (above <= 0.0)
+        return vec2(1.0);
+    return vec2(0.0, mix(0.4, 1.0, smoothstep(0.0, 150.0, above)));
 }
 
+// Shares of the sun's and of the sky's light; both 1 where the map ends.
 // @param fromEye  [world]
-// @return 1 in the sun, 0 in the shadow; 1 where the map ends
-float sunShare(vec3 fromEye, vec3 normal)
+vec2 lightShares(vec3 fromEye, vec3 normal)
 {
     if (frame.shadowSize.z == 0.0)
-        return 1.0;
+        return vec2(1.0);
     // A step off the surface, or its own texels would shade it.
     float width = frame.shadowSize.y;
     float toSun = dot(normal, frame.sunDirection.xyz);
@@ -28,21 +33,21 @@ float sunShare(vec3 fromEye, vec3 normal)
     float depth = dot(frame.shadowFromWorld[2].xyz, at) + frame.shadowFromWorld[2].w;
     float edge = max(abs(place.x), abs(place.y));
     if (edge >= 0.99)
-        return 1.0;
+        return vec2(1.0);
 
     // A square of two texels' width around the place, weighted by the part of each texel in it.
     vec2 texel = (place * 0.5 + 0.5) * frame.shadowSize.x - 0.5;
     ivec2 base = ivec2(floor(texel));
     vec2 f = texel - vec2(base);
-    float sum = 0.0;
+    vec2 sum = vec2(0.0);
     for (int y = -1; y <= 2; ++y) {
         float weightY = y == -1 ? 1.0 - f.y : y == 2 ? f.y : 1.0;
         for (int x = -1; x <= 2; ++x) {
             float weightX = x == -1 ? 1.0 - f.x : x == 2 ? f.x : 1.0;
-            sum += weightX * weightY * litTexel(base + ivec2(x, y), depth);
+            sum += weightX * weightY * texelShares(base + ivec2(x, y), depth);
         }
     }
-    return mix(sum / 9.0, 1.0, smoothstep(0.85, 0.99, edge));
+    return mix(sum / 9.0, vec2(1.0), smoothstep(0.85, 0.99, edge));
 }
 
 #endif

@@ -36,19 +36,21 @@ struct Frame {
     // Light of the sky from above, and light that comes back from the ground [irradiance / pi].
     vec4 skyLight;
     vec4 groundLight;
-    // Scattering of air and of haze [1 / m]; in w the height over which it thins to 1/e [m].
+    // Scattering of air and of haze [1 / m]; in w of the first the height over which they thin to
+    // 1/e [m], of the second how much denser than the sky's they are between eye and ground.
     vec4 airScattering;
     vec4 hazeScattering;
     // Background colour, linear and not tone-mapped; in w 1 if it is to be used.
     vec4 backdrop;
     // Terrain: heights above the base [m]: where grass ends, where snow begins; thickness of the
-    // rock's layers [m]; amount of snow and grass.
+    // rock's layers [m]; wavelength of the finest detail [m].
     vec4 heights;
     // Rows that take a difference of grid points, or a vector from the eye [world], to the shadow
     // map: x and y in [-1, 1], z in [0, 1] and growing towards the sun. In their w: what to add.
     vec4 shadowFromGrid[3];
     vec4 shadowFromWorld[3];
-    // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows.
+    // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows,
+    // metres in a unit of its depth.
     vec4 shadowSize;
     // Albedos, linear. Terrain: rock, a second rock, grass, scree, snow. Studio: surface, caps.
     vec4 colours[5];

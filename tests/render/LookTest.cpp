@@ -79,6 +79,80 @@ TEST_F(Looks, tintCapsWhereAllThreeVerticesAreCaps)
     EXPECT_GT(closed.x, closed.z + 40);
 }
 
+TEST_F(Looks, castTheShadowOfABallWhereTheSunSaysSo)
+{
+    const hierarchy::Domain domain{.edge = kEdge};
+    const glm::dvec3 ball(0.45, 0.5, 0.40);
+    auto cells = cut(sheet(16, [](double, double) { return 0.25; }), 3, 1);
+    for (const surface::ShownCell& cell : cut(sphere(ball, 0.05, 24), 2, 2, 1))
+        cells.push_back(cell);
+    const auto shown = renderer(domain);
+    show(*shown, showing(cells));
+    render::Scene scene;
+    scene.sunDirection = {0.4, -0.3, 1.0};
+    scene.antialias = false;
+    // Straight down from above the ball's shadow.
+    const glm::dvec3 centre = kEdge * (ball - glm::dvec3(0.4, -0.3, 1.0) * (ball.z - 0.25));
+    const hierarchy::View view = lookingAt(centre + glm::dvec3(1, 0, 1200), centre, 160, 160);
+    const Shot lit = shoot(*shown, view, scene);
+    scene.shadowDistance = 0;
+    const Shot plain = shoot(*shown, view, scene);
+    EXPECT_GT(lit.stats.shadowTriangles, 0U);
+    EXPECT_EQ(plain.stats.shadowTriangles, 0U);
+    EXPECT_EQ(lit.depth, plain.depth);
+    const glm::dvec3 sun = glm::normalize(scene.sunDirection);
+    int dark = 0;
+    for (int y = 0; y < 160; ++y) {
+        for (int x = 0; x < 160; ++x) {
+            const glm::dvec3 ray = pixelRay(view, x, y);
+            const double length = (0.25 * kEdge - view.eye.z) / ray.z;
+            const double shownLength =
+                shown->defaultNearPlane() / static_cast<double>(lit.depthAt(x, y));
+            if (shownLength < 0.99 * length)
+                continue; // the ball itself
+            const glm::dvec3 hit = view.eye + ray * length;
+            // How far the way from there to the sun passes by the ball's centre.
+            const glm::dvec3 toBall = kEdge * ball - hit;
+            const double miss = glm::length(toBall - glm::dot(toBall, sun) * sun);
+            const int before = plain.image.pixel(x, y)[1];
+            const int now = lit.image.pixel(x, y)[1];
+            if (miss > 0.05 * kEdge + 8) {
+                ASSERT_NEAR(now, before, 1) << x << " " << y;
+            } else if (miss < 0.05 * kEdge - 12) {
+                ASSERT_LT(now, before - 20) << x << " " << y;
+                ++dark;
+            }
+        }
+    }
+    EXPECT_GT(dark, 500);
+}
+
+TEST_F(Looks, keepTheShadowMapForSomeFramesIfAsked)
+{
+    const hierarchy::Domain domain{.edge = kEdge};
+    const auto shown = renderer(domain);
+    show(*shown, showing(cut(sphere(glm::dvec3(0.5), 0.1, 24), 3, 1)));
+    const hierarchy::View view = lookingAt({1000, 1000, 2300}, glm::dvec3(0.5 * kEdge));
+    render::Scene scene;
+    const Shot first = shoot(*shown, view, scene);
+    scene.shadowInterval = 3;
+    std::vector<std::uint64_t> drawn;
+    for (int i = 0; i < 7; ++i) {
+        const Shot shot = shoot(*shown, view, scene);
+        EXPECT_EQ(shot, first);
+        drawn.push_back(shot.stats.shadowTriangles > 0 ? 1 : 0);
+    }
+    EXPECT_EQ(drawn, (std::vector<std::uint64_t>{0, 0, 1, 0, 0, 1, 0}));
+}
+
+TEST_F(Looks, areMadeForKindsOfTerrain)
+{
+    const render::TerrainLook canyon = render::terrainLook("canyon");
+    EXPECT_GT(canyon.rock.x, 2.0F * canyon.rock.z);
+    EXPECT_EQ(render::terrainLook("alpine").rock, render::TerrainLook{}.rock);
+    EXPECT_EQ(render::terrainLook("no such").rock, render::TerrainLook{}.rock);
+}
+
 TEST_F(Looks, softenStairStepsOnlyWhereThereAreEdges)
 {
     const hierarchy::Domain domain{.edge = kEdge};

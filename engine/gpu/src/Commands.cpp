@@ -29,7 +29,7 @@ core::Result<Commands> Commands::create(Device& device)
 
 core::Result<void> Commands::begin()
 {
-    if (const core::Result<void> waited = _device->wait(_ticket); !waited)
+    if (core::Result<void> waited = _device->wait(_ticket); !waited)
         return waited;
     ISOFRONT_VK(vkResetCommandPool(_device->handle(), _pool.get(), 0), "reset a command pool");
     const VkCommandBufferBeginInfo info{
@@ -42,7 +42,7 @@ core::Result<void> Commands::begin()
 core::Result<Device::Ticket> Commands::submit()
 {
     ISOFRONT_VK(vkEndCommandBuffer(_buffer), "record commands");
-    const core::Result<Device::Ticket> ticket = _device->submit(_buffer);
+    core::Result<Device::Ticket> ticket = _device->submit(_buffer);
     if (ticket)
         _ticket = *ticket;
     return ticket;

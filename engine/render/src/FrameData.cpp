@@ -62,7 +62,11 @@ double modulo(double value, double period)
 }
 
 void setShadows(
-    shared::Frame& frame, const SunBox& box, const glm::dmat3& gridFromDirection, int texels)
+    shared::Frame& frame,
+    const SunBox& box,
+    const glm::dmat3& gridFromDirection,
+    int texels,
+    double metres)
 {
     const std::array scales{1.0 / box.halfWidth, 1.0 / box.halfWidth, 0.5 / box.halfDepth};
     const std::array middles{0.0, 0.0, 0.5};
@@ -72,7 +76,10 @@ void setShadows(
         frame.shadowFromGrid[i] = row(gridFromDirection * box.axes[i] * scales[i], offset);
     }
     frame.shadowSize = shared::vec4(
-        static_cast<float>(texels), static_cast<float>(2.0 * box.halfWidth / texels), 1.0F, 0.0F);
+        static_cast<float>(texels),
+        static_cast<float>(2.0 * box.halfWidth / texels),
+        1.0F,
+        static_cast<float>(2.0 * box.halfDepth * metres));
 }
 
 } // namespace
@@ -156,15 +163,16 @@ shared::Frame frameData(
     frame.groundLight = row(day.groundLight);
     constexpr double kHeightOfAir = 3000.0;
     // The air between the eye and a mountain is thicker than the sky's: it makes distance readable.
-    constexpr double kAerialStrength = 2.5;
+    constexpr double kAerialStrength = 2.0;
     frame.airScattering = row(day.airScattering, kHeightOfAir);
     frame.hazeScattering = row(day.hazeScattering, kAerialStrength);
 
     if (sunBox.casts)
-        setShadows(frame, sunBox, gridFromDirection, shadowTexels);
+        setShadows(frame, sunBox, gridFromDirection, shadowTexels, metres);
     if (scene.backdrop)
         frame.backdrop = shared::vec4(*scene.backdrop, 1.0F);
-    frame.heights = shared::vec4(terrain.grassLine, terrain.snowLine, terrain.layerThickness, 0.0F);
+    frame.heights = shared::vec4(
+        terrain.grassLine, terrain.snowLine, terrain.layerThickness, terrain.finestDetail);
     if (scene.look == Look::terrain) {
         const std::array colours{
             terrain.rock, terrain.otherRock, terrain.grass, terrain.scree, terrain.snow};

@@ -141,7 +141,7 @@ core::Result<void> MeshStore::check(const surface::Delta& delta) const
         const bool stays = _index.contains(cell.id) && !removed.contains(cell.id);
         if (stays || !added.insert(cell.id).second)
             return misstep("adds a cell that is already shown");
-        if (const core::Result<void> sound = checkMesh(*cell.mesh()); !sound)
+        if (core::Result<void> sound = checkMesh(*cell.mesh()); !sound)
             return sound;
     }
     return {};
@@ -189,13 +189,13 @@ void MeshStore::retire(gpu::SlabPool::Range range)
 /// the added meshes take the place of the removed ones.
 core::Result<MeshStore::Room> MeshStore::makeRoom(const surface::Delta& delta)
 {
-    if (const core::Result<void> recycled = recycle(); !recycled)
+    if (core::Result<void> recycled = recycle(); !recycled)
         return tl::unexpected(recycled.error());
     if (std::optional<Ranges> ranges = allocate(delta))
         return Room{std::move(*ranges), std::nullopt};
-    if (const core::Result<void> idle = _device->wait(_device->submitted()); !idle)
+    if (core::Result<void> idle = _device->wait(_device->submitted()); !idle)
         return tl::unexpected(idle.error());
-    if (const core::Result<void> recycled = recycle(); !recycled)
+    if (core::Result<void> recycled = recycle(); !recycled)
         return tl::unexpected(recycled.error());
     gpu::SlabPool before = _pool;
     for (const surface::CellId& id : delta.removed)
@@ -234,14 +234,14 @@ core::Result<std::uint64_t> MeshStore::upload(const surface::Delta& delta, const
         const VkDeviceSize offset = VkDeviceSize{room.ranges[i].first} * kVertexBytes;
         copyInto(batch->place(offset, bytesOf(mesh)), mesh);
     }
-    if (const core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
+    if (core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
         return tl::unexpected(submitted.error());
     return bytes;
 }
 
 core::Result<UploadStats> MeshStore::apply(const surface::Delta& delta)
 {
-    if (const core::Result<void> sound = check(delta); !sound)
+    if (core::Result<void> sound = check(delta); !sound)
         return tl::unexpected(sound.error());
     core::Result<Room> room = makeRoom(delta);
     if (!room)
@@ -332,7 +332,7 @@ core::Result<std::uint64_t> MeshStore::moveOutOfSparseSlab()
     // Nothing is won by opening another slab, nor while some of it only waits to be recycled.
     if (trial.freeSlabs() != _pool.freeSlabs() || found != _pool.usedIn(*slab))
         return 0;
-    if (const core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
+    if (core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
         return tl::unexpected(submitted.error());
     _pool = std::move(trial);
     for (const auto& [cell, to] : moves) {

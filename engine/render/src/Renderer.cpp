@@ -17,6 +17,7 @@
 #include <bit>
 #include <chrono>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -65,7 +66,7 @@ core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t cou
         buffer = std::move(*larger);
         return {};
     };
-    if (const core::Result<void> grown =
+    if (core::Result<void> grown =
             grow(slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
         !grown)
         return grown;
@@ -125,6 +126,8 @@ struct Renderer::Parts {
     std::uint64_t uploadedSinceFrame = 0;
     gpu::Image shadowMap;
     std::vector<std::uint32_t> seen;   ///< cells in the picture, the nearest first
+    SunBox shadowBox;                  ///< what the shadow map shows
+    int mapAge = 0;                    ///< in frames
     std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
 
     core::Result<void> resize(int width, int height);
@@ -135,7 +138,9 @@ struct Renderer::Parts {
     void issueDraws(
         VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const;
     core::Result<void>
-    record(std::size_t index, const hierarchy::View& view, const Scene& scene, const SunBox& sun);
+    record(std::size_t index, const hierarchy::View& view, const Scene& scene, bool redrawShadows);
+    /// Keeps the shadow map, or takes a new box for it. Returns true if it must be drawn.
+    bool updateSun(const SunBox& wanted, int interval);
     /// Copies an image of the last picture, four bytes a pixel.
     core::Result<std::vector<std::byte>> copied(const gpu::Image& image, const gpu::Use& now);
 };
@@ -152,7 +157,7 @@ Renderer::~Renderer()
 core::Result<std::unique_ptr<Renderer>> Renderer::create(
     gpu::Device& device, const hierarchy::Domain& domain, const RendererOptions& options)
 {
-    if (const core::Result<void> sound = checkOptions(device, options); !sound)
+    if (core::Result<void> sound = checkOptions(device, options); !sound)
         return tl::unexpected(sound.error());
     core::Result<MeshStore> store = MeshStore::create(device, options);
     if (!store)
@@ -197,6 +202,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .copying = std::move(*copying),
         .shadowMap = std::move(*shadowMap),
         .seen = {},
+        .shadowBox = {},
         .sunlit = {}});
     return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
 }
@@ -232,7 +238,7 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
     const VkExtent2D extent{static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height)};
     if (extent.width == targets.extent().width && extent.height == targets.extent().height)
         return {};
-    if (const core::Result<void> idle = device->wait(device->submitted()); !idle)
+    if (core::Result<void> idle = device->wait(device->submitted()); !idle)
         return idle;
     core::Result<Targets> fresh = Targets::create(*device, extent.width, extent.height);
     if (!fresh)
@@ -297,11 +303,11 @@ void Renderer::Parts::issueDraws(
 }
 
 core::Result<void> Renderer::Parts::record(
-    std::size_t index, const hierarchy::View& view, const Scene& scene, const SunBox& sun)
+    std::size_t index, const hierarchy::View& view, const Scene& scene, bool redrawShadows)
 {
     Slot& slot = slots[index];
     const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
-    const shared::Frame frame = frameData(domain, view, scene, sun, shadowTexels);
+    const shared::Frame frame = frameData(domain, view, scene, shadowBox, shadowTexels);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
     passes.bind(index, slot.frame, slot.cells, targets, shadowMap);
 
@@ -311,15 +317,15 @@ core::Result<void> Renderer::Parts::record(
     const bool twoSided = scene.twoSided.value_or(scene.look == Look::studio);
     Passes::MeshDraw draw{
         .meshes = &store.buffer(),
-        .cull = VK_CULL_MODE_NONE,
+        .cull = VK_CULL_MODE_BACK_BIT,
         .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
                                                  : VK_FRONT_FACE_COUNTER_CLOCKWISE,
         .issue = [&](VkCommandBuffer buffer) {
             issueDraws(buffer, slot, seen.size(), sunlit.size());
         }};
-    if (sun.casts)
+    if (redrawShadows)
         passes.drawShadows(commands, index, shadowMap, draw);
-    else
+    else if (!shadowBox.casts)
         Passes::skipShadows(commands, shadowMap);
     slot.timestamps.mark(commands);
     draw.cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT;
@@ -340,6 +346,20 @@ core::Result<void> Renderer::Parts::record(
     return {};
 }
 
+bool Renderer::Parts::updateSun(const SunBox& wanted, int interval)
+{
+    const SunBox kept = shadowBox.seenFrom(domain, wanted.eye);
+    if (wanted.casts && mapAge < interval && kept.isNear(wanted)) {
+        shadowBox = kept;
+        ++mapAge;
+        return false;
+    }
+    shadowBox = wanted;
+    // Until it is really drawn, it must not be kept.
+    mapAge = std::numeric_limits<int>::max();
+    return wanted.casts;
+}
+
 core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene& scene)
 {
     Parts& parts = *_parts;
@@ -351,12 +371,12 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
             "direction, an angle below 180 degrees and 1 to " +
                 std::to_string(limit) + " pixels a side");
     }
-    if (const core::Result<void> sized = parts.resize(view.width, view.height); !sized)
+    if (core::Result<void> sized = parts.resize(view.width, view.height); !sized)
         return tl::unexpected(sized.error());
 
     const std::size_t index = parts.nextSlot;
     Slot& slot = parts.slots[index];
-    if (const core::Result<void> begun = slot.commands.begin(); !begun)
+    if (core::Result<void> begun = slot.commands.begin(); !begun)
         return tl::unexpected(begun.error());
     const Clock::time_point start = Clock::now();
     FrameStats stats;
@@ -368,9 +388,10 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
         sunBox(parts.domain, view, scene, static_cast<int>(parts.shadowMap.extent().width));
     visibleInto(cells, gridView(parts.domain, view), parts.seen);
     parts.sunlit.clear();
-    if (sun.casts)
+    const bool redrawShadows = parts.updateSun(sun, scene.shadowInterval);
+    if (redrawShadows)
         visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit);
-    if (const core::Result<void> room =
+    if (core::Result<void> room =
             reserveDraws(*parts.device, slot, parts.seen.size() + parts.sunlit.size());
         !room)
         return tl::unexpected(room.error());
@@ -379,8 +400,10 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
     stats.cellsCulled = cells.size() - parts.seen.size();
-    if (const core::Result<void> recorded = parts.record(index, view, scene, sun); !recorded)
+    if (core::Result<void> recorded = parts.record(index, view, scene, redrawShadows); !recorded)
         return tl::unexpected(recorded.error());
+    if (redrawShadows)
+        parts.mapAge = 1;
     parts.nextSlot = (index + 1) % parts.slots.size();
     parts.lastSlot = &slot;
 
@@ -396,7 +419,7 @@ core::Result<std::vector<PassTime>> Renderer::finish()
     const Slot* slot = _parts->lastSlot;
     if (slot == nullptr)
         return std::vector<PassTime>();
-    if (const core::Result<void> waited = _parts->device->wait(slot->commands.ticket()); !waited)
+    if (core::Result<void> waited = _parts->device->wait(slot->commands.ticket()); !waited)
         return tl::unexpected(waited.error());
     const std::vector<double> spans = slot->timestamps.spans();
     std::vector<PassTime> times;
@@ -416,7 +439,7 @@ Renderer::Parts::copied(const gpu::Image& image, const gpu::Use& now)
         *device, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryKind::readback);
     if (!target)
         return tl::unexpected(target.error());
-    if (const core::Result<void> begun = copying.begin(); !begun)
+    if (core::Result<void> begun = copying.begin(); !begun)
         return tl::unexpected(begun.error());
     const VkCommandBuffer commands = copying.get();
     gpu::imageBarrier(commands, image, now, gpu::use::kTransferRead);
@@ -430,7 +453,7 @@ Renderer::Parts::copied(const gpu::Image& image, const gpu::Use& now)
     const core::Result<gpu::Device::Ticket> ticket = copying.submit();
     if (!ticket)
         return tl::unexpected(ticket.error());
-    if (const core::Result<void> waited = device->wait(*ticket); !waited)
+    if (core::Result<void> waited = device->wait(*ticket); !waited)
         return tl::unexpected(waited.error());
     const std::span<const std::byte> mapped = target->mapped();
     return std::vector<std::byte>(mapped.begin(), mapped.end());

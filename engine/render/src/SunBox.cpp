@@ -9,6 +9,25 @@
 
 namespace isofront::render {
 
+SunBox SunBox::seenFrom(const hierarchy::Domain& domain, const hierarchy::GridPoint& otherEye) const
+{
+    SunBox result = *this;
+    const glm::dvec3 moved =
+        domain.worldFromField.linear * domain.gridUnit() * glm::dvec3(eye - otherEye);
+    for (std::size_t i = 0; i < 3; ++i)
+        result.centre[i] += glm::dot(axes[i], moved);
+    result.eye = otherEye;
+    return result;
+}
+
+bool SunBox::isNear(const SunBox& other) const
+{
+    bool near = casts == other.casts && halfWidth == other.halfWidth && axes == other.axes;
+    for (std::size_t i = 0; i < 2; ++i)
+        near = near && std::abs(centre[i] - other.centre[i]) < 0.2 * halfWidth;
+    return near;
+}
+
 SunBox
 sunBox(const hierarchy::Domain& domain, const hierarchy::View& view, const Scene& scene, int texels)
 {
@@ -26,12 +45,12 @@ sunBox(const hierarchy::Domain& domain, const hierarchy::View& view, const Scene
     const glm::dvec3 aside =
         std::abs(sun.z) < 0.9 ? glm::dvec3(0.0, 0.0, 1.0) : glm::dvec3(1.0, 0.0, 0.0);
     box.axes[0] = glm::normalize(glm::cross(aside, sun));
-    box.axes[1] = glm::cross(sun, box.axes[0]);
+    box.axes[1] = glm::cross(box.axes[0], sun);
     box.axes[2] = sun;
 
     // Texels are counted from the domain's corner.
-    const glm::dvec3 eye = domain.worldFromField.linear * domain.gridUnit() *
-                           glm::dvec3(domain.gridFromWorld(view.eye));
+    box.eye = domain.gridFromWorld(view.eye);
+    const glm::dvec3 eye = domain.worldFromField.linear * domain.gridUnit() * glm::dvec3(box.eye);
     const glm::dvec3 ahead = glm::normalize(view.forward) * (kAhead * reach);
     const double texel = 2.0 * box.halfWidth / texels;
     for (std::size_t i = 0; i < 2; ++i) {

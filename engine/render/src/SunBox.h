@@ -19,10 +19,17 @@ struct SunBox {
     bool casts = false;     ///< false: no shadows in this scene
     double halfWidth = 1.0; ///< of the square [world]
     double halfDepth = 1.0; ///< as far towards the sun and away from it things count [world]
-    /// Right and up in the shadow map, and towards the sun [world, unit].
+    /// Right and down in the shadow map, and towards the sun [world, unit].
     std::array<glm::dvec3, 3> axes{};
     /// The box's centre along the axes, from the eye [world].
     std::array<double, 3> centre{};
+    hierarchy::GridPoint eye{0}; ///< the eye that it counts from
+
+    /// The same place in the world, counted from another eye.
+    [[nodiscard]] SunBox
+    seenFrom(const hierarchy::Domain& domain, const hierarchy::GridPoint& otherEye) const;
+    /// True if the box covers nearly what the other does, of the same size and along the same axes.
+    [[nodiscard]] bool isNear(const SunBox& other) const;
 };
 
 /// The box moves in whole texels, so that shadows stand still while the eye flies.

@@ -84,7 +84,7 @@ core::Result<void> Uploads::submit(const gpu::Buffer& target, const UploadBatch&
     const core::Result<gpu::Commands*> commands = idleCommands();
     if (!commands)
         return tl::unexpected(commands.error());
-    if (const core::Result<void> begun = (*commands)->begin(); !begun)
+    if (core::Result<void> begun = (*commands)->begin(); !begun)
         return begun;
     const VkCommandBuffer buffer = (*commands)->get();
     const auto count = [](const std::vector<VkBufferCopy>& list) {

@@ -3,6 +3,7 @@
 #include <glm/vec3.hpp>
 
 #include <optional>
+#include <string_view>
 
 namespace isofront::render {
 
@@ -19,13 +20,20 @@ struct TerrainLook {
     float grassLine = 900.0F; ///< above it grass ends [m above the base]
     float snowLine = 1500.0F; ///< above it snow begins, where it is not too steep [m]
     float layerThickness = 28.0F; ///< of the rock's layers [m], > 0
-    glm::vec3 rock{0.190F, 0.165F, 0.145F};
-    glm::vec3 otherRock{0.290F, 0.235F, 0.190F}; ///< every other layer
+    glm::vec3 rock{0.160F, 0.140F, 0.125F};
+    glm::vec3 otherRock{0.245F, 0.200F, 0.165F}; ///< every other layer
     glm::vec3 grass{0.066F, 0.080F, 0.030F};
-    glm::vec3 scree{0.255F, 0.230F, 0.200F};
+    glm::vec3 scree{0.215F, 0.195F, 0.170F};
     glm::vec3 snow{0.850F, 0.880F, 0.930F};
+    /// Wavelength of the finest detail painted onto the ground [m]; each factor of 4 up to 256
+    /// saves an octave of noise a pixel. Triangles are not concerned.
+    float finestDetail = 0.06F;
     float haze = 1.0F; ///< how hazy the air is, >= 0; 0 is clear, 1 a fine day, 10 mist
 };
+
+/// A look made for a kind of terrain: "canyon" is red and nearly bare, "islands" green and clear.
+/// Any other name, "alpine" among them, gives the default.
+TerrainLook terrainLook(std::string_view kind);
 
 /// An object's materials. Colours are linear albedos.
 struct StudioLook {
@@ -51,6 +59,9 @@ struct Scene {
     /// How far from the eye the sun casts shadows, in the terrain look [m]; 0 for none, which saves
     /// a second pass over the mesh. Shadows blur with the distance they have to cover.
     double shadowDistance = 3000.0;
+    /// The shadow map is drawn anew every so many frames, >= 1, or sooner when the eye has flown a
+    /// tenth of its width. More saves time; shadows then lag behind the mesh's changes.
+    int shadowInterval = 1;
     bool antialias = true; ///< softens stair steps; costs a pass over the picture
 };
 
