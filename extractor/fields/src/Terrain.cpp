@@ -49,15 +49,6 @@ private:
     double _filterStrength;
 };
 
-template <typename Octave>
-double reachOf(const std::vector<Octave>& octaves, const NoiseLimits& limits)
-{
-    double sum = 0;
-    for (const Octave& octave : octaves)
-        sum += double(limits.magnitude) * std::abs(double(octave.amplitude));
-    return sum;
-}
-
 /// From the strongest octave to the weakest, each with the sum of what follows.
 std::vector<DetailOctave> detailOf(std::vector<SpaceOctave> octaves, double after)
 {
@@ -146,43 +137,6 @@ TerrainProgram programOf(const TerrainPreset& preset, std::uint64_t seed, double
     program.cragMask = drawing.plane({.wavelength = 3100, .octaves = 1, .amplitude = 1}).front();
     for (const TunnelSettings& settings : preset.tunnels)
         program.tunnels.push_back(tunnelOf(settings, drawing));
-
-    // The heights between which the surface lies.
-    const double hills = reachOf(program.hills, kPlaneNoise);
-    double low = 0;
-    double high = 0;
-    switch (preset.form) {
-    case TerrainForm::mountains: {
-        double ridges = 0;
-        for (const PlaneOctave& octave : program.ridges)
-            ridges += double(octave.amplitude);
-        low = mountains.floor - hills;
-        high = std::max(
-                   mountains.base + (1.0 - double(kRidgeMean)) * ridges, mountains.floor + hills) +
-               3.0 * preset.rounding;
-        break;
-    }
-    case TerrainForm::canyon:
-        low = double(preset.canyon.floor) - hills;
-        high = double(preset.canyon.floor) + double(preset.canyon.depth) + hills;
-        break;
-    case TerrainForm::islands:
-        for (const IslandProgram& level : program.islands) {
-            const double land = reachOf(level.shape, kPlaneNoise) - double(level.threshold);
-            const double rise = reachOf(level.elevation, kPlaneNoise) + hills;
-            low = std::min(low, double(level.altitude) - rise - land * double(level.bottom));
-            high = std::max(high, double(level.altitude) + rise + land * double(level.top));
-        }
-        break;
-    }
-    const double detail =
-        (program.crags.empty() ? fineReach : double(program.crags.front().remaining)) /
-        preset.valuePerMetre;
-    double tunnels = 0;
-    for (const TunnelSettings& settings : preset.tunnels)
-        tunnels = std::max(tunnels, settings.depth + settings.radius);
-    program.lowest = low - detail - (tunnels + 10 * preset.rounding) / preset.valuePerMetre;
-    program.highest = high + detail;
     return program;
 }
 

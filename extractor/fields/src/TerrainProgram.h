@@ -65,11 +65,6 @@ struct TerrainProgram {
     std::vector<DetailOctave> crags;
     std::vector<TunnelProgram> tunnels;
     std::vector<DetailOctave> fine;
-
-    /// No surface lies above or below these heights [m], and beyond them the value changes by no
-    /// less than `valuePerMetre` a metre, up to tunnels.
-    double lowest = 0;
-    double highest = 0;
 };
 
 void sampleTerrain(

@@ -119,51 +119,174 @@ void gradientBatch(const Formula& formula, const SampleBatch& batch, const Gradi
         });
 }
 
-/// The hull of the formula's ranges over 4 x 4 x 4 parts of a box.
+/// A part of a box: its centre, how often it has been halved, and the formula's range over it.
+struct Part {
+    glm::dvec3 centre;
+    int depth = 0;
+    float low = 0;
+    float high = 0;
+
+    [[nodiscard]] bool straddlesZero() const { return low <= 0 && high >= 0; }
+};
+
+/// Bounds a formula over the parts of one box.
+template <typename Formula>
+class Bounder {
+public:
+    Bounder(const Formula& formula, const core::Box& box, const core::Interval& radius)
+        : _formula(formula), _box(box), _size(box.size()),
+          _far(glm::max(glm::abs(box.low), glm::abs(box.high)) * 1e-15),
+          _radius{
+              static_cast<float>(std::max(radius.low, 0.0) * (1 - 1e-6)),
+              static_cast<float>(radius.high * (1 + 1e-6))}
+    {
+    }
+
+    /// First 2 x 2 x 2 parts; then those that may hold a zero are halved along each axis, again and
+    /// again, until none is left or one has become so small that there probably is a zero.
+    core::Interval hull()
+    {
+        Part parts[kFirst];
+        for (std::size_t i = 0; i < kFirst; ++i) {
+            const glm::dvec3 at(double(i % 2), double(i / 2 % 2), double(i / 4));
+            parts[i] = {_box.low + 0.5 * _size * (at + 0.5), 0, 0, 0};
+        }
+        evaluate(parts, kFirst);
+        bool anyBelow = false;
+        bool anyAbove = false;
+        for (const Part& part : parts) {
+            anyBelow = anyBelow || part.high < 0;
+            anyAbove = anyAbove || part.low > 0;
+        }
+        // Both signs for certain: nothing is gained by a closer look.
+        const bool hopeless = anyBelow && anyAbove;
+        for (const Part& part : parts) {
+            if (!hopeless && part.straddlesZero())
+                _open[_openCount++] = part;
+            else
+                include(part);
+        }
+        refine();
+        return {double(_low), double(_high)};
+    }
+
+private:
+    static constexpr std::size_t kFirst = 8;
+    static constexpr std::size_t kAtOnce = 2;
+    static constexpr int kDeepest = 4;
+    /// How many parts are halved at most: bounds the time, and is seldom reached.
+    static constexpr std::size_t kMostHalved = 80;
+
+    void refine()
+    {
+        // The stack holds pairs; a part that is taken leaves at most eight.
+        for (std::size_t halved = 0; _openCount > 0 && halved < kMostHalved; halved += kAtOnce) {
+            Part children[8 * kAtOnce];
+            std::size_t count = 0;
+            for (std::size_t k = 0; k < kAtOnce && _openCount > 0; ++k) {
+                const Part parent = _open[--_openCount];
+                const glm::dvec3 quarter = 0.25 * edgeAt(parent.depth);
+                for (unsigned child = 0; child < 8; ++child) {
+                    const glm::dvec3 side(
+                        (child & 1U) != 0 ? 1 : -1,
+                        (child & 2U) != 0 ? 1 : -1,
+                        (child & 4U) != 0 ? 1 : -1);
+                    children[count++] = {
+                        parent.centre + side * quarter, parent.depth + 1, parent.low, parent.high};
+                }
+            }
+            evaluate(children, count);
+            for (std::size_t i = 0; i < count; ++i) {
+                if (!children[i].straddlesZero()) {
+                    include(children[i]);
+                } else if (children[i].depth < kDeepest) {
+                    _open[_openCount++] = children[i];
+                } else {
+                    // Probably a zero: the rest stays as it is.
+                    for (; i < count; ++i)
+                        include(children[i]);
+                    closeAll();
+                    return;
+                }
+            }
+        }
+        closeAll();
+    }
+
+    void closeAll()
+    {
+        while (_openCount > 0)
+            include(_open[--_openCount]);
+    }
+
+    [[nodiscard]] glm::dvec3 edgeAt(int depth) const { return _size * (0.5 / double(1 << depth)); }
+
+    /// Finds the ranges, of as many parts at once as there are lanes.
+    void evaluate(Part* parts, std::size_t count) const
+    {
+        // The corners of the parts are rounded; a part reaches a little further than its share.
+        constexpr double kGrown = 0.5 * 1.00001;
+        const FloatTag f;
+        for (std::size_t first = 0; first < count; first += kLanes) {
+            double at[3][kLanes];
+            float extent[3][kLanes];
+            for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                const Part& part = parts[std::min(first + lane, count - 1)];
+                const glm::dvec3 reach = kGrown * edgeAt(part.depth) + _far;
+                at[0][lane] = part.centre.x;
+                at[1][lane] = part.centre.y;
+                at[2][lane] = part.centre.z;
+                extent[0][lane] = static_cast<float>(reach.x);
+                extent[1][lane] = static_cast<float>(reach.y);
+                extent[2][lane] = static_cast<float>(reach.z);
+            }
+            const Range range = _formula.template at<Range>(
+                Point<Range>{
+                    {loaded(at[0]), hn::LoadU(f, extent[0])},
+                    {loaded(at[1]), hn::LoadU(f, extent[1])},
+                    {loaded(at[2]), hn::LoadU(f, extent[2])}},
+                Radius{constant(_radius[0]), constant(_radius[1])});
+            float low[kLanes];
+            float high[kLanes];
+            hn::StoreU(range.low, f, low);
+            hn::StoreU(range.high, f, high);
+            for (std::size_t lane = 0; lane < std::min(kLanes, count - first); ++lane) {
+                parts[first + lane].low = low[lane];
+                parts[first + lane].high = high[lane];
+            }
+        }
+    }
+
+    void include(const Part& part)
+    {
+        _low = std::min(_low, part.low);
+        _high = std::max(_high, part.high);
+    }
+
+    const Formula& _formula;
+    core::Box _box;
+    glm::dvec3 _size;
+    glm::dvec3 _far;
+    float _radius[2];
+    Part _open[kFirst + 8 * kMostHalved];
+    std::size_t _openCount = 0;
+    float _low = hwy::HighestValue<float>();
+    float _high = hwy::LowestValue<float>();
+};
+
+/// An interval that holds the formula's values over a box. It is tightest about zero: parts that
+/// may hold a zero are looked at more closely.
 /// @param slack  what rounding may add to a value on top of 1e-5 of its magnitude
 template <typename Formula>
 core::Interval
 boundsOver(const Formula& formula, const core::Box& box, const core::Interval& radius, double slack)
 {
-    const glm::dvec3 whole = box.size();
-    if (!(std::isfinite(whole.x + whole.y + whole.z) && whole.x >= 0 && whole.y >= 0 &&
-          whole.z >= 0))
+    const glm::dvec3 size = box.size();
+    if (!(std::isfinite(size.x + size.y + size.z) && size.x >= 0 && size.y >= 0 && size.z >= 0))
         return {};
-    constexpr std::size_t kParts = 4;
-    constexpr std::size_t kCount = kParts * kParts * kParts;
-    // The corners of the parts are rounded; a part reaches a little further than its share.
-    constexpr double kGrown = 1.00001;
-    const FloatTag f;
-    const glm::dvec3 part = whole * (1.0 / double(kParts));
-    const glm::dvec3 far =
-        glm::max(glm::dvec3(glm::abs(box.low)), glm::dvec3(glm::abs(box.high))) * 1e-15;
-    const glm::dvec3 extent = 0.5 * kGrown * part + far;
-    const Radius radii{
-        constant(static_cast<float>(std::max(radius.low, 0.0) * (1 - 1e-6))),
-        constant(static_cast<float>(radius.high * (1 + 1e-6)))};
-
-    Floats low = constant(hwy::HighestValue<float>());
-    Floats high = constant(hwy::LowestValue<float>());
-    for (std::size_t first = 0; first < kCount; first += kLanes) {
-        double at[3][kLanes];
-        for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            const std::size_t index = std::min(first + lane, kCount - 1);
-            at[0][lane] = box.low.x + part.x * (double(index % kParts) + 0.5);
-            at[1][lane] = box.low.y + part.y * (double(index / kParts % kParts) + 0.5);
-            at[2][lane] = box.low.z + part.z * (double(index / (kParts * kParts)) + 0.5);
-        }
-        const Point<Range> point{
-            {loaded(at[0]), constant(static_cast<float>(extent.x))},
-            {loaded(at[1]), constant(static_cast<float>(extent.y))},
-            {loaded(at[2]), constant(static_cast<float>(extent.z))}};
-        const Range range = formula.template at<Range>(point, radii);
-        low = hn::Min(low, range.low);
-        high = hn::Max(high, range.high);
-    }
-    const double least = hn::GetLane(hn::MinOfLanes(f, low));
-    const double most = hn::GetLane(hn::MaxOfLanes(f, high));
-    const double margin = slack + 1e-5 * std::max(std::abs(least), std::abs(most));
-    return {least - margin, most + margin};
+    const core::Interval hull = Bounder<Formula>(formula, box, radius).hull();
+    const double margin = slack + 1e-5 * std::max(std::abs(hull.low), std::abs(hull.high));
+    return {hull.low - margin, hull.high + margin};
 }
 
 } // namespace isofront::fields::HWY_NAMESPACE
