@@ -30,6 +30,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kSheetPictures = 12;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetThumbnail = 480; // [px]
+constexpr int kShadowInterval = 8;   // frames
 
 struct FlyArguments {
     std::string source;
@@ -40,7 +41,7 @@ struct FlyArguments {
     double speed = 0;
     double fov = 60;
     std::string size = "1280x720";
-    double pixelError = 2;
+    double pixelError = 3;
     double updateMilliseconds = 4;
     int lattice = 16;
     double filter = 1;
@@ -145,7 +146,10 @@ private:
 
         auto studio = openStudio(
             _source,
-            {.device = _arguments.device, .width = size->width, .height = size->height});
+            {.device = _arguments.device,
+             .width = size->width,
+             .height = size->height,
+             .shadowInterval = kShadowInterval});
         if (!studio)
             return studio.error();
         _studio = std::move(*studio);

@@ -25,6 +25,10 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
         return tl::unexpected<core::Error>(renderer.error());
     studio.renderer = std::move(*renderer);
     studio.scene.look = source.isTerrain ? render::Look::terrain : render::Look::studio;
+    if (source.isTerrain)
+        studio.scene.terrain = render::terrainLook(source.terrainKind);
+    // the sun hardly moves, and shadows redraw every cell near the eye
+    studio.scene.shadowInterval = options.shadowInterval;
     return studio;
 }
 

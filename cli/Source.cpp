@@ -70,6 +70,7 @@ core::Result<Source> openProcedural(const std::string& text)
     source.domain = {made->domain.low, made->domain.size().x};
     source.isProcedural = true;
     source.isTerrain = name == "terrain";
+    source.terrainKind = parameters.contains("preset") ? parameters.at("preset") : "";
     source.defaultIsovalue = made->isovalue;
     source.worldBox = made->domain;
     source.eye = made->eye;

@@ -23,6 +23,7 @@ struct Source {
     hierarchy::Domain domain;
     bool isProcedural = false;
     bool isTerrain = false;
+    std::string terrainKind; ///< the preset of a terrain
     /// What the user's isovalue is if none is given, in the source's own units.
     double defaultIsovalue = 0;
     bool negated = false; ///< the field has the sign of the source's values turned
