@@ -20,6 +20,7 @@ struct InfoArguments {
     std::string source;
     std::string grid;
     bool json = false;
+    bool quiet = false;
 };
 
 Json vectorJson(const glm::dvec3& v)
@@ -180,6 +181,7 @@ Action addInfo(CLI::App& app)
     command->add_option("SOURCE", arguments->source, "volume file, proc:NAME or proc:")->required();
     command->add_option("--grid", arguments->grid, "which grid of a VDB file");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
+    command->add_flag("-q,--quiet", arguments->quiet, "as in the other commands; info is quiet");
     return [arguments] { return info(*arguments); };
 }
 
