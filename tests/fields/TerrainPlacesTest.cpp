@@ -1,6 +1,7 @@
 // Overhangs, caves and arches are the point of the terrains: these tests find them.
 
 #include "FieldChecks.h"
+#include "TerrainPrinting.h"
 
 #include <isofront/fields/Terrain.h>
 

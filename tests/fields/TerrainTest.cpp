@@ -1,4 +1,5 @@
 #include "FieldChecks.h"
+#include "TerrainPrinting.h"
 
 #include <isofront/fields/Terrain.h>
 
@@ -28,7 +29,7 @@ protected:
             const double height = surfaceHeight(field, box, x, y, 32);
             if (height == box.low.z)
                 continue;
-            for (int i = 0; i < 8; ++i) {
+            for (int i = 0; i < 20; ++i) {
                 points.x.push_back(x);
                 points.y.push_back(y);
                 points.z.push_back(height + random(-reach, reach));
