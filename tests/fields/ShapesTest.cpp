@@ -5,6 +5,8 @@
 
 #include <glm/geometric.hpp>
 
+#include <ostream>
+
 namespace isofront::fields {
 namespace {
 
@@ -20,6 +22,11 @@ struct Case {
     std::shared_ptr<const Field> field;
     bool distance; ///< the value is a distance: its gradient has length 1
 };
+
+void PrintTo(const Case& shape, std::ostream* stream)
+{
+    *stream << shape.name;
+}
 
 std::vector<Case> cases()
 {
@@ -57,17 +64,6 @@ TEST_P(Shapes, haveGradientsThatMatchDifferences)
     // Where two parts meet, a difference across the crease sees both.
     expectGradientsMatchDifferences(
         *GetParam().field, randomPoints(random, cube(2), 0, 3000), 1e-3, 2e-3, 0.01);
-}
-
-TEST_P(Shapes, haveUnitGradientsWhereTheValueIsADistance)
-{
-    if (!GetParam().distance)
-        GTEST_SKIP();
-    Random random(24);
-    const Points points = randomPoints(random, cube(2), 0, 1000);
-    const Gradients g = gradientsOf(*GetParam().field, points.batch());
-    for (std::size_t i = 0; i < points.size(); ++i)
-        ASSERT_NEAR(glm::length(glm::dvec3(g.x[i], g.y[i], g.z[i])), 1, 1e-9);
 }
 
 TEST_P(Shapes, proveBoxesFarFromTheSurfaceEmptyOrFull)
@@ -163,7 +159,20 @@ TEST(Placed, keepsDistances)
     EXPECT_EQ(valueAt(*field, 10, 5, 0), -2);
 }
 
-TEST(Shapes, giveFiniteGradientsAtTheirCentres)
+TEST(AllShapes, haveUnitGradientsWhereTheValueIsADistance)
+{
+    for (const Case& shape : cases()) {
+        if (!shape.distance)
+            continue;
+        Random random(24);
+        const Points points = randomPoints(random, cube(2), 0, 1000);
+        const Gradients g = gradientsOf(*shape.field, points.batch());
+        for (std::size_t i = 0; i < points.size(); ++i)
+            ASSERT_NEAR(glm::length(glm::dvec3(g.x[i], g.y[i], g.z[i])), 1, 1e-9) << shape.name;
+    }
+}
+
+TEST(AllShapes, giveFiniteGradientsAtTheirCentres)
 {
     for (const Case& shape : cases()) {
         const double zero = 0;

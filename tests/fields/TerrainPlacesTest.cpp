@@ -1,6 +1,7 @@
 // Overhangs, caves and arches are the point of the terrains: these tests find them.
 
 #include "FieldChecks.h"
+#include "TerrainPrinting.h"
 
 #include <isofront/fields/Terrain.h>
 
@@ -223,11 +224,11 @@ protected:
         return terrain({.preset = GetParam().name, .seed = 1});
     }
 
-    /// Cubes of 48 voxels of 8 m about the surface, at fixed places.
+    /// Cubes of 40 voxels of 8 m about the surface, at fixed places.
     template <typename Body>
     static void forEachPlace(const Field& field, int count, const Body& body)
     {
-        constexpr int kSize = 48;
+        constexpr int kSize = 40;
         constexpr double kStep = 8;
         Random random(61);
         for (int i = 0; i < count; ++i) {
@@ -305,7 +306,7 @@ TEST_P(TerrainPlaces, haveArches)
 {
     const std::shared_ptr<const Field> field = make();
     std::size_t places = 0;
-    forEachPlace(*field, 30, [&](const Voxels& voxels) {
+    forEachPlace(*field, 60, [&](const Voxels& voxels) {
         places += handlesOf(voxels) > 0 ? 1U : 0U;
         return places < 2;
     });

@@ -1,4 +1,5 @@
 #include "FieldChecks.h"
+#include "TerrainPrinting.h"
 
 #include <isofront/fields/Terrain.h>
 
@@ -28,7 +29,7 @@ protected:
             const double height = surfaceHeight(field, box, x, y, 32);
             if (height == box.low.z)
                 continue;
-            for (int i = 0; i < 8; ++i) {
+            for (int i = 0; i < 20; ++i) {
                 points.x.push_back(x);
                 points.y.push_back(y);
                 points.z.push_back(height + random(-reach, reach));
@@ -48,8 +49,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(Terrain, givesTheSameBitsOnEveryInstructionSet)
 {
     const std::shared_ptr<const Field> field = make();
+    // Many points: where a fade ends, a skipped octave may differ from an added one in few places.
     for (const double reach : {30.0, 600.0}) {
-        const Points points = pointsNearTheSurface(*field, reach, 2003);
+        const Points points = pointsNearTheSurface(*field, reach, 10003);
         const std::vector<float> values = valuesOf(*field, points.batch());
         const Gradients gradients = gradientsOf(*field, points.batch());
         const glm::dvec3 at(points.x[0], points.y[0], points.z[0]);
@@ -80,9 +82,10 @@ TEST_P(Terrain, staysWithinItsBounds)
 {
     const std::shared_ptr<const Field> field = make();
     expectBoundsHold(*field, GetParam().box, 100.0, 1000, 100, 52);
-    // Boxes around the surface, of all sizes: a third of a million samples a preset.
+    // Boxes around the surface, of all sizes: with the others a third of a million samples a
+    // preset.
     Random random(53);
-    for (int i = 0; i < 1200; ++i) {
+    for (int i = 0; i < 800; ++i) {
         const double x = random(-8000, 8000);
         const double y = random(-8000, 8000);
         const double edge = 4000 * std::exp2(-random(0, 14));
@@ -90,20 +93,20 @@ TEST_P(Terrain, staysWithinItsBounds)
         const double most = i % 3 == 0 ? 0.0 : edge * random(0, 0.3);
         const core::Box box{{x, y, z}, {x + edge, y + edge, z + edge}};
         const core::Interval bounds = field->bounds(box, {0, most});
-        const Points points = randomPoints(random, box, most, 256);
+        const Points points = randomPoints(random, box, most, 300);
         for (const float value : valuesOf(*field, points.batch()))
             ASSERT_TRUE(bounds.contains(double(value))) << value << ", edge " << edge;
     }
 }
 
-TEST_P(Terrain, provesNineInTenEmptyBoxesOfASixtyFourthEmpty)
+TEST_P(Terrain, provesNineteenInTwentyEmptyBoxesOfASixtyFourthEmpty)
 {
     const std::shared_ptr<const Field> field = make();
     const double edge = GetParam().box.size().x / 64;
     Random random(54);
     std::size_t empty = 0;
     std::size_t proved = 0;
-    for (int i = 0; i < 1500; ++i) {
+    for (int i = 0; i < 900; ++i) {
         const glm::dvec3 low(
             random(-8192, 8192 - edge), random(-8192, 8192 - edge), random(-8192, 8192 - edge));
         Points points;
@@ -125,7 +128,7 @@ TEST_P(Terrain, provesNineInTenEmptyBoxesOfASixtyFourthEmpty)
         proved += decided ? 1U : 0U;
     }
     RecordProperty("provedPercent", static_cast<int>(100 * proved / empty));
-    EXPECT_GT(double(proved), 0.9 * double(empty));
+    EXPECT_GT(double(proved), 0.95 * double(empty));
 }
 
 TEST_P(Terrain, hasGradientsThatMatchDifferences)

@@ -117,7 +117,7 @@ TerrainPreset islands()
         {.wavelength = 600, .octaves = 2, .amplitude = 12, .gain = 0.5, .stretch = 8}};
     preset.tunnels = {
         {.wavelength = 520, .radius = 22, .radiusVariation = 0.8, .depth = 220},
-        {.wavelength = 1100, .radius = 42, .radiusVariation = 0.5, .depth = 140}};
+        {.wavelength = 800, .radius = 40, .radiusVariation = 0.6, .depth = 140}};
     preset.fine = {.wavelength = 25, .octaves = 6, .amplitude = 1.9, .gain = 0.5};
     preset.start = {-2400, -6000};
     preset.lookAt = {0, 0};

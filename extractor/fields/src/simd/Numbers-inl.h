@@ -334,7 +334,8 @@ HWY_INLINE N smoothMost(const N& a, const N& b, float width)
 
 // ---- Where formulas may stop --------------------------------------------------------------------
 
-/// True if the number, known to be nowhere below zero, is zero in every lane.
+/// True if the number, known to be nowhere below zero, is zero in every lane, with all that it
+/// carries.
 HWY_INLINE bool vanishes(const Value& a)
 {
     return hn::AllFalse(FloatTag(), hn::Gt(a.v, hn::Zero(FloatTag())));
@@ -345,7 +346,10 @@ HWY_INLINE bool vanishes(const Range& a)
 }
 HWY_INLINE bool vanishes(const Slope& a)
 {
-    return vanishes(Value{a.v});
+    // Just before its end a smooth step is rounded to 1 while it still has a slope.
+    const Floats zero = hn::Zero(FloatTag());
+    const Floats slope = hn::Max(hn::Max(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
+    return vanishes(Value{a.v}) && hn::AllTrue(FloatTag(), hn::Eq(slope, zero));
 }
 
 // ---- Filter weights -----------------------------------------------------------------------------
