@@ -10,7 +10,8 @@
 
 namespace isofront::cli {
 
-/// A command: what it is called with is in its App, and this is what it does. Returns the exit code.
+/// A command: what it is called with is in its App, and this is what it does. Returns the exit
+/// code.
 using Action = std::function<int()>;
 
 struct PictureSize {

@@ -1,13 +1,13 @@
 #include "Console.h"
 
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <thread>
-#include <unistd.h>
 
 namespace isofront::cli {
 

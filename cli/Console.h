@@ -10,14 +10,11 @@
 
 namespace isofront::cli {
 
-/// Progress and remarks on standard error: a line that is rewritten on a terminal, otherwise a plain
-/// line every few seconds, so that a log stays readable.
+/// Progress and remarks on standard error: a line that is rewritten on a terminal, otherwise a
+/// plain line every few seconds, so that a log stays readable.
 class Progress {
 public:
-    explicit Progress(bool quiet)
-        : _quiet(quiet)
-    {
-    }
+    explicit Progress(bool quiet) : _quiet(quiet) {}
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
     ~Progress() { finish(); }

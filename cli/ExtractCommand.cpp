@@ -79,9 +79,9 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
     if (arguments.level) {
         if (*arguments.level < 0 || *arguments.level > hierarchy::kMaxLevel)
             return core::failure(
-                ErrorCode::usage, "--level " + std::to_string(*arguments.level) +
-                                      ": levels go from 0 to " +
-                                      std::to_string(hierarchy::kMaxLevel));
+                ErrorCode::usage,
+                "--level " + std::to_string(*arguments.level) + ": levels go from 0 to " +
+                    std::to_string(hierarchy::kMaxLevel));
         detail.level = *arguments.level;
         return detail;
     }
@@ -97,7 +97,8 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
     if (byView) {
         if (arguments.eye.empty())
             return core::failure(
-                ErrorCode::usage, "--pixel-error needs --eye X,Y,Z, the place that it is seen from");
+                ErrorCode::usage,
+                "--pixel-error needs --eye X,Y,Z, the place that it is seen from");
         const auto eye = parsePoint(arguments.eye, "--eye");
         if (!eye)
             return tl::unexpected<core::Error>(eye.error());
@@ -111,7 +112,8 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
         detail.view.height = size->height;
         detail.pixelError = arguments.pixelError.value_or(1.0);
         if (!(detail.pixelError > 0) || !std::isfinite(detail.pixelError))
-            return core::failure(ErrorCode::usage, "--pixel-error must be a positive number of pixels");
+            return core::failure(
+                ErrorCode::usage, "--pixel-error must be a positive number of pixels");
         detail.level = cap;
         return detail;
     }
@@ -128,14 +130,16 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
     const double spacing = std::strtod(arguments.spacing.c_str(), &end);
     if (*end != '\0' || !(spacing > 0) || !std::isfinite(spacing))
         return core::failure(
-            ErrorCode::usage, "--spacing '" + arguments.spacing +
-                                  "': give 'native' or a positive number of world units");
+            ErrorCode::usage,
+            "--spacing '" + arguments.spacing +
+                "': give 'native' or a positive number of world units");
     detail.level = levelFor(spacing / stretch);
     if (axisStep(detail.level, n) * edge * stretch > spacing * (1 + 1e-9))
         return core::failure(
-            ErrorCode::usage, "--spacing " + arguments.spacing +
-                                  " is finer than the deepest level of this source: use at least " +
-                                  std::to_string(axisStep(90, n) * edge * stretch));
+            ErrorCode::usage,
+            "--spacing " + arguments.spacing +
+                " is finer than the deepest level of this source: use at least " +
+                std::to_string(axisStep(90, n) * edge * stretch));
     return detail;
 }
 
@@ -184,8 +188,8 @@ int extract(const ExtractArguments& arguments)
              "--lattice " + std::to_string(arguments.lattice) + ": it must be 4, 8 or 16"});
 
     progress.show("loading " + arguments.source, -1);
-    auto opened = openSource(
-        arguments.source, {.memoryLimit = limit, .grid = arguments.grid, .stop = stop});
+    auto opened =
+        openSource(arguments.source, {.memoryLimit = limit, .grid = arguments.grid, .stop = stop});
     if (!opened)
         return report(opened.error());
     const Source source = std::move(*opened);
@@ -210,8 +214,8 @@ int extract(const ExtractArguments& arguments)
         2 * hierarchy::axisStep(detail->level, arguments.lattice) * source.domain.edge;
     settings.closed = arguments.closed;
     settings.estimateError = detail->kind == surface::Detail::Kind::error;
-    const auto extractor = std::make_shared<const extractor::CellExtractor>(
-        source.field, source.domain, settings);
+    const auto extractor =
+        std::make_shared<const extractor::CellExtractor>(source.field, source.domain, settings);
     const auto jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
 
     surface::MeshExtractionOptions options;
@@ -226,8 +230,7 @@ int extract(const ExtractArguments& arguments)
 
     const auto writeStart = Clock::now();
     progress.show("writing " + arguments.output, -1);
-    const auto settingsJson =
-        settingsOf(arguments, *detail, settings, source, isovalue);
+    const auto settingsJson = settingsOf(arguments, *detail, settings, source, isovalue);
     exchange::ExportOptions exportOptions;
     exportOptions.name = source.name;
     exportOptions.settings = {{"source", source.name}, {"settings", settingsJson.dump()}};
@@ -267,8 +270,7 @@ int extract(const ExtractArguments& arguments)
         json["bounds"] = nullptr;
     } else {
         const auto& [low, high] = result->mesh.bounds;
-        json["bounds"] = {
-            {"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}};
+        json["bounds"] = {{"min", {low.x, low.y, low.z}}, {"max", {high.x, high.y, high.z}}};
     }
     if (settings.estimateError)
         json["estimated_error"] = {{"rms", result->errorRms}, {"max", result->errorMax}};
@@ -305,14 +307,17 @@ Action addExtract(CLI::App& app)
     command->add_option("-o,--output", arguments->output, "mesh file: .glb .ply .obj .stl")
         ->required();
     command->add_option(
-        "--isovalue", arguments->isovalue,
+        "--isovalue",
+        arguments->isovalue,
         "solid is where the value is at or above it; default: what separates the volume best");
     command->add_option(
-        "--spacing", arguments->spacing,
+        "--spacing",
+        arguments->spacing,
         "'native' (one lattice step a voxel, the default for volumes) or a step in world units");
     command->add_option("--level", arguments->level, "a bisection level, 0 to 92, everywhere");
     command->add_option(
-        "--max-error", arguments->maxError,
+        "--max-error",
+        arguments->maxError,
         "refine until the estimated distance to the true surface is below this [world units]");
     command->add_option("--eye", arguments->eye, "X,Y,Z: as fine as a viewer there needs it");
     command->add_option(
@@ -322,16 +327,19 @@ Action addExtract(CLI::App& app)
         ->capture_default_str();
     command->add_option("--size", arguments->size, "with --eye: size of the picture [px]")
         ->capture_default_str();
-    command->add_option(
-               "--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
+    command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
-    command->add_option(
-        "--filter", arguments->filter,
-        "strength of the low-pass filter: 0 none (default), 1 what the lattice can hold (default "
-        "with --eye)")
+    command
+        ->add_option(
+            "--filter",
+            arguments->filter,
+            "strength of the low-pass filter: 0 none (default), 1 what the lattice can hold "
+            "(default "
+            "with --eye)")
         ->check(CLI::Range(0.0, 100.0));
     command->add_flag(
-        "--closed", arguments->closed,
+        "--closed",
+        arguments->closed,
         "close the surface at the border of the data; otherwise it ends there");
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
@@ -342,9 +350,10 @@ Action addExtract(CLI::App& app)
     command->add_option("--grid", arguments->grid, "which grid of a VDB file");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
-    command->footer(
-        "The same cells as in 'fly' and 'render', joined to one indexed mesh. World coordinates are\n"
-        "the source's own. Example: isofront extract head.nrrd --isovalue 300 --closed -o bone.glb");
+    command->footer("The same cells as in 'fly' and 'render', joined to one indexed mesh. World "
+                    "coordinates are\n"
+                    "the source's own. Example: isofront extract head.nrrd --isovalue 300 --closed "
+                    "-o bone.glb");
     return [arguments] { return extract(*arguments); };
 }
 

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// The largest value within so many entries of each, then their mean over as many: a curve that lies
-/// above the values and has no corners.
+/// The largest value within so many entries of each, then their mean over as many: a curve that
+/// lies above the values and has no corners.
 std::vector<double> smoothlyAbove(const std::vector<double>& values, std::size_t reach)
 {
     const auto window = [&](const std::vector<double>& from, auto&& combine) {
@@ -25,11 +25,13 @@ std::vector<double> smoothlyAbove(const std::vector<double>& values, std::size_t
         for (std::size_t i = 0; i < from.size(); ++i) {
             const std::size_t begin = i < reach ? 0 : i - reach;
             const std::size_t end = std::min(from.size(), i + reach + 1);
-            result[i] = combine(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
+            result[i] =
+                combine(from.begin() + std::ptrdiff_t(begin), from.begin() + std::ptrdiff_t(end));
         }
         return result;
     };
-    const auto highest = window(values, [](auto begin, auto end) { return *std::max_element(begin, end); });
+    const auto highest =
+        window(values, [](auto begin, auto end) { return *std::max_element(begin, end); });
     const auto mean = [](auto begin, auto end) {
         double sum = 0;
         for (auto it = begin; it != end; ++it)
@@ -105,7 +107,8 @@ std::vector<hierarchy::View> around(const Source& source, const FlightPlan& plan
         const double angle = begin + along / std::max(radius, 1e-12);
         const double nearer = 1 - 0.45 * (0.5 - 0.5 * std::cos(angle - begin));
         const glm::dvec3 eye =
-            source.target + nearer * glm::dvec3(radius * std::cos(angle), radius * std::sin(angle), arm.z);
+            source.target +
+            nearer * glm::dvec3(radius * std::cos(angle), radius * std::sin(angle), arm.z);
         views.push_back(viewTo(eye, source.target, plan.fovDegrees, plan.width, plan.height));
     }
     return views;

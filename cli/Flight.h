@@ -14,8 +14,8 @@ struct FlightPlan {
     double framesPerSecond = 30;
     double speed = 0; ///< [world/s]; 0 chooses one that suits the source
     double fovDegrees = 60;
-    int width = 1280;  ///< [px]
-    int height = 720;  ///< [px]
+    int width = 1280; ///< [px]
+    int height = 720; ///< [px]
 };
 
 /// A view for each frame: over a terrain, a curve that keeps clear of the ground; around anything

@@ -74,9 +74,7 @@ std::uint64_t residentBytes()
 class Flying {
 public:
     Flying(const FlyArguments& arguments, Progress& progress)
-        : _arguments(arguments),
-          _progress(progress),
-          _stop(interruptions())
+        : _arguments(arguments), _progress(progress), _stop(interruptions())
     {
     }
 
@@ -101,9 +99,9 @@ public:
         tell();
         if (_stop.stop_requested())
             return report(
-                {ErrorCode::interrupted, "interrupted after " +
-                                             std::to_string(_report.frames.size()) +
-                                             " frames; what was flown is in " + _arguments.out});
+                {ErrorCode::interrupted,
+                 "interrupted after " + std::to_string(_report.frames.size()) +
+                     " frames; what was flown is in " + _arguments.out});
         return 0;
     }
 
@@ -124,13 +122,12 @@ private:
                 ErrorCode::usage, "--pixel-error must be a positive number of pixels"};
         if (!extractor::VolumeMesh::isValidSize(_arguments.lattice) || _arguments.lattice < 4)
             return core::Error{
-                ErrorCode::usage, "--lattice " + std::to_string(_arguments.lattice) +
-                                      ": it must be 4, 8 or 16"};
-        const std::string text =
-            !_arguments.source.empty()
-                ? _arguments.source
-                : "proc:terrain?preset=" + _arguments.preset +
-                      "&seed=" + std::to_string(_arguments.seed);
+                ErrorCode::usage,
+                "--lattice " + std::to_string(_arguments.lattice) + ": it must be 4, 8 or 16"};
+        const std::string text = !_arguments.source.empty()
+                                     ? _arguments.source
+                                     : "proc:terrain?preset=" + _arguments.preset +
+                                           "&seed=" + std::to_string(_arguments.seed);
         auto source = openSource(text, {.stop = _stop});
         if (!source)
             return source.error();
@@ -140,9 +137,9 @@ private:
         std::filesystem::create_directories(_arguments.out, failed);
         if (failed)
             return core::Error{
-                ErrorCode::inputOutput, "--out " + _arguments.out +
-                                            ": the folder can't be made (" + failed.message() +
-                                            "); choose another one"};
+                ErrorCode::inputOutput,
+                "--out " + _arguments.out + ": the folder can't be made (" + failed.message() +
+                    "); choose another one"};
 
         auto studio = openStudio(
             _source,
@@ -156,19 +153,25 @@ private:
 
         _jobs = core::makeJobs(core::JobsBackend::automatic, _arguments.threads);
         _surface.emplace(
-            _source.field, _source.domain,
+            _source.field,
+            _source.domain,
             surfaceOptions(
-                _source, _arguments.isovalue.value_or(_source.defaultIsovalue),
-                _arguments.lattice, _arguments.filter, _arguments.pixelError, false),
+                _source,
+                _arguments.isovalue.value_or(_source.defaultIsovalue),
+                _arguments.lattice,
+                _arguments.filter,
+                _arguments.pixelError,
+                false),
             _jobs);
         _progress.show("finding a way", -1);
         _views = flightPath(
-            _source, {.frames = _arguments.frames,
-                      .framesPerSecond = kFramesPerSecond,
-                      .speed = _arguments.speed,
-                      .fovDegrees = _arguments.fov,
-                      .width = size->width,
-                      .height = size->height});
+            _source,
+            {.frames = _arguments.frames,
+             .framesPerSecond = kFramesPerSecond,
+             .speed = _arguments.speed,
+             .fovDegrees = _arguments.fov,
+             .width = size->width,
+             .height = size->height});
         describe(*size);
         return openVideo(*size);
     }
@@ -342,10 +345,14 @@ private:
         }
         std::array<char, 160> line{};
         std::snprintf(
-            line.data(), line.size(),
+            line.data(),
+            line.size(),
             "%zu frames, %.0f triangles each; median %.1f ms on the processor, %.1f ms on %s",
-            _report.frames.size(), summary.meanTriangles, summary.cpuMilliseconds.p50,
-            summary.gpuMilliseconds.p50, _report.settings.device.c_str());
+            _report.frames.size(),
+            summary.meanTriangles,
+            summary.cpuMilliseconds.p50,
+            summary.gpuMilliseconds.p50,
+            _report.settings.device.c_str());
         _progress.say(line.data());
         for (const char* name : {"flight.mp4", "contact-sheet.png", "report.html", "report.json"})
             if (std::filesystem::exists(inFolder(name)))
@@ -409,8 +416,9 @@ Action addFly(CLI::App& app)
     command->add_option("--size", arguments->size, "[px]")->capture_default_str();
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
         ->capture_default_str();
-    command->add_option(
-               "--update-ms", arguments->updateMilliseconds, "of a frame for the surface [ms]")
+    command
+        ->add_option(
+            "--update-ms", arguments->updateMilliseconds, "of a frame for the surface [ms]")
         ->check(CLI::Range(0.1, 1000.0))
         ->capture_default_str();
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
@@ -418,10 +426,10 @@ Action addFly(CLI::App& app)
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
         ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();
-    command->add_option("--out", arguments->out, "folder for what is made")
-        ->capture_default_str();
+    command->add_option("--out", arguments->out, "folder for what is made")->capture_default_str();
     command->add_option(
-        "--device", arguments->device,
+        "--device",
+        arguments->device,
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
     command->add_option("--threads", arguments->threads, "of the extraction; 0: one for each core")
         ->check(CLI::Range(0, 1024));

@@ -70,8 +70,11 @@ int listProcedural(bool asJson)
                 values = range;
             }
             std::printf(
-                "    %s=%s  %s (%s)\n", parameter.name.c_str(), parameter.defaultValue.c_str(),
-                parameter.description.c_str(), values.c_str());
+                "    %s=%s  %s (%s)\n",
+                parameter.name.c_str(),
+                parameter.defaultValue.c_str(),
+                parameter.description.c_str(),
+                values.c_str());
         }
     }
     return 0;
@@ -87,7 +90,9 @@ Json volumeJson(const volume::LoadedVolume& loaded)
     json["spacing"] = vectorJson(info.spacing);
     json["origin"] = vectorJson(info.origin);
     json["direction"] = {
-        vectorJson(info.direction[0]), vectorJson(info.direction[1]), vectorJson(info.direction[2])};
+        vectorJson(info.direction[0]),
+        vectorJson(info.direction[1]),
+        vectorJson(info.direction[2])};
     json["value_range"] = {info.values.low, info.values.high};
     json["non_finite_voxels"] = info.values.nonFiniteCount;
     json["suggested_isovalue"] = info.suggestedIsovalue;
@@ -113,17 +118,20 @@ void printVolume(const Source& source, const volume::LoadedVolume& loaded)
     };
     std::printf("%s: %s\n", source.name.c_str(), source.description.c_str());
     std::printf(
-        "  voxels       %d x %d x %d %s\n", info.dimensions.x, info.dimensions.y,
-        info.dimensions.z, std::string(volume::nameOf(info.voxelType)).c_str());
+        "  voxels       %d x %d x %d %s\n",
+        info.dimensions.x,
+        info.dimensions.y,
+        info.dimensions.z,
+        std::string(volume::nameOf(info.voxelType)).c_str());
     std::printf("  spacing      %s\n", text(info.spacing).c_str());
     std::printf("  origin       %s\n", text(info.origin).c_str());
     std::printf(
-        "  world box    %s to %s\n", text(source.worldBox.low).c_str(),
+        "  world box    %s to %s\n",
+        text(source.worldBox.low).c_str(),
         text(source.worldBox.high).c_str());
     std::printf("  values       %.6g to %.6g\n", info.values.low, info.values.high);
     if (info.values.nonFiniteCount > 0)
-        std::printf(
-            "  not finite   %s voxels\n", grouped(info.values.nonFiniteCount).c_str());
+        std::printf("  not finite   %s voxels\n", grouped(info.values.nonFiniteCount).c_str());
     std::printf("  isovalue     %.6g suggested\n", info.suggestedIsovalue);
     std::printf("  orientation  %s\n", info.orientation.c_str());
     if (!info.gridNames.empty()) {
@@ -165,8 +173,11 @@ int info(const InfoArguments& arguments)
     }
     std::printf("%s: %s\n", source->name.c_str(), source->description.c_str());
     std::printf(
-        "  domain    %g %g %g, edge %g\n", source->domain.origin.x, source->domain.origin.y,
-        source->domain.origin.z, source->domain.edge);
+        "  domain    %g %g %g, edge %g\n",
+        source->domain.origin.x,
+        source->domain.origin.y,
+        source->domain.origin.z,
+        source->domain.edge);
     std::printf("  isovalue  %g\n", source->defaultIsovalue);
     return 0;
 }

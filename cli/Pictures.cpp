@@ -19,7 +19,8 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
     Studio studio;
     studio.device = std::move(*device);
     auto renderer = render::Renderer::create(
-        *studio.device, source.domain,
+        *studio.device,
+        source.domain,
         {.width = options.width, .height = options.height, .poolBytes = options.meshBytes});
     if (!renderer)
         return tl::unexpected<core::Error>(renderer.error());
@@ -32,8 +33,8 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
     return studio;
 }
 
-hierarchy::View viewTo(
-    const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height)
+hierarchy::View
+viewTo(const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height)
 {
     hierarchy::View view;
     view.eye = eye;
@@ -48,7 +49,12 @@ hierarchy::View viewTo(
 }
 
 surface::SurfaceOptions surfaceOptions(
-    const Source& source, double isovalue, int lattice, double filter, double pixelError, bool closed)
+    const Source& source,
+    double isovalue,
+    int lattice,
+    double filter,
+    double pixelError,
+    bool closed)
 {
     surface::SurfaceOptions options;
     options.extraction.latticeSize = lattice;
@@ -64,8 +70,7 @@ surface::SurfaceOptions surfaceOptions(
            hierarchy::axisStep(native, lattice) * source.domain.edge > *source.voxel * (1 + 1e-9))
         native += 3;
     options.maxLevel = std::min(native + 6, hierarchy::kMaxLevel);
-    options.extraction.cornerRadius =
-        2 * hierarchy::axisStep(native, lattice) * source.domain.edge;
+    options.extraction.cornerRadius = 2 * hierarchy::axisStep(native, lattice) * source.domain.edge;
     return options;
 }
 

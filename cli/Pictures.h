@@ -22,10 +22,10 @@ struct Studio {
 };
 
 struct StudioOptions {
-    std::string device; ///< see gpu::DeviceOptions
-    int width = 1280;   ///< [px]
-    int height = 720;   ///< [px]
-    int shadowInterval = 1; ///< frames between two shadow maps
+    std::string device;                              ///< see gpu::DeviceOptions
+    int width = 1280;                                ///< [px]
+    int height = 720;                                ///< [px]
+    int shadowInterval = 1;                          ///< frames between two shadow maps
     std::size_t meshBytes = std::size_t{512} << 20U; ///< what meshes may take on the device
 };
 
@@ -33,11 +33,16 @@ struct StudioOptions {
 core::Result<Studio> openStudio(const Source& source, const StudioOptions& options);
 
 /// A view of so many pixels from one point to another, upright if it can be.
-hierarchy::View viewTo(
-    const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height);
+hierarchy::View
+viewTo(const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height);
 
 /// The surface of a source as a viewer needs it.
 surface::SurfaceOptions surfaceOptions(
-    const Source& source, double isovalue, int lattice, double filter, double pixelError, bool closed);
+    const Source& source,
+    double isovalue,
+    int lattice,
+    double filter,
+    double pixelError,
+    bool closed);
 
 } // namespace isofront::cli

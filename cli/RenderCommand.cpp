@@ -76,8 +76,7 @@ int render(const RenderArguments& arguments)
         return report({ErrorCode::usage, "--eye and --target must not be the same point"});
 
     auto studio = openStudio(
-        *source,
-        {.device = arguments.device, .width = size->width, .height = size->height});
+        *source, {.device = arguments.device, .width = size->width, .height = size->height});
     if (!studio)
         return report(studio.error());
 
@@ -85,9 +84,14 @@ int render(const RenderArguments& arguments)
     const std::shared_ptr<core::Jobs> jobs =
         core::makeJobs(core::JobsBackend::automatic, arguments.threads);
     surface::Surface surface(
-        source->field, source->domain,
+        source->field,
+        source->domain,
         surfaceOptions(
-            *source, isovalue, arguments.lattice, arguments.filter, arguments.pixelError,
+            *source,
+            isovalue,
+            arguments.lattice,
+            arguments.filter,
+            arguments.pixelError,
             arguments.closed),
         jobs);
     const hierarchy::View view =
@@ -125,8 +129,7 @@ int render(const RenderArguments& arguments)
         progress.say(
             arguments.output + ": " + std::to_string(size->width) + "x" +
             std::to_string(size->height) + ", " + grouped(frame->triangles) + " of " +
-            grouped(stats.triangles) + " triangles drawn by " +
-            studio->device->description().name);
+            grouped(stats.triangles) + " triangles drawn by " + studio->device->description().name);
         return 0;
     }
     const auto point = [](const glm::dvec3& p) { return nlohmann::ordered_json{p.x, p.y, p.z}; };
@@ -166,7 +169,8 @@ Action addRender(CLI::App& app)
         ->required();
     command->add_option("-o,--output", arguments->output, "picture: .png")->required();
     command->add_option(
-        "--isovalue", arguments->isovalue,
+        "--isovalue",
+        arguments->isovalue,
         "solid is where the value is at or above it; default: what separates the volume best");
     command->add_option("--eye", arguments->eye, "X,Y,Z [world]; default: a good place");
     command->add_option("--target", arguments->target, "X,Y,Z to look at [world]");
@@ -183,7 +187,8 @@ Action addRender(CLI::App& app)
         ->capture_default_str();
     command->add_flag("--closed", arguments->closed, "close the surface at the border of the data");
     command->add_option(
-        "--device", arguments->device,
+        "--device",
+        arguments->device,
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
     command->add_option("--grid", arguments->grid, "which grid of a VDB file");
     command->add_option("--memory-limit", arguments->memoryLimitGib, "of a volume [GiB]")

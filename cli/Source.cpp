@@ -20,7 +20,7 @@ constexpr std::string_view kProcedural = "proc:";
 void lookAt(Source& source)
 {
     const glm::dvec3 centre = source.worldBox.centre();
-    const double reach = glm::length(source.worldBox.size());
+    const double reach = 0.9 * glm::length(source.worldBox.size());
     source.target = centre;
     source.eye = centre + reach * glm::normalize(glm::dvec3(0.45, -1.0, 0.4));
 }
@@ -81,8 +81,7 @@ core::Result<Source> openProcedural(const std::string& text)
 core::Result<Source> openVolume(const std::string& text, const SourceOptions& options)
 {
     auto loaded = volume::loadVolume(
-        text,
-        {.memoryLimit = options.memoryLimit, .gridName = options.grid, .stop = options.stop});
+        text, {.memoryLimit = options.memoryLimit, .gridName = options.grid, .stop = options.stop});
     if (!loaded)
         return tl::unexpected<core::Error>(loaded.error());
 

@@ -29,17 +29,20 @@ struct Source {
     bool negated = false; ///< the field has the sign of the source's values turned
     /// Edge of a voxel along the index axes; 1 in index space. Nothing for procedural sources.
     std::optional<double> voxel;
-    core::Box worldBox;   ///< what there is to see [world]
-    glm::dvec3 eye{0.0};  ///< a good place to look from [world]
+    core::Box worldBox;  ///< what there is to see [world]
+    glm::dvec3 eye{0.0}; ///< a good place to look from [world]
     glm::dvec3 target{0.0};
     std::optional<volume::LoadedVolume> volume;
 
-    [[nodiscard]] double fieldIsovalue(double isovalue) const { return negated ? -isovalue : isovalue; }
+    [[nodiscard]] double fieldIsovalue(double isovalue) const
+    {
+        return negated ? -isovalue : isovalue;
+    }
 };
 
 struct SourceOptions {
     std::uint64_t memoryLimit = std::uint64_t{8} << 30U; ///< [bytes]
-    std::string grid = {}; ///< of a VDB file
+    std::string grid = {};                               ///< of a VDB file
     std::stop_token stop;
 };
 

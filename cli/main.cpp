@@ -10,7 +10,8 @@ int main(int argc, char** argv)
     using namespace isofront;
 
     CLI::App app{
-        "Isofront shows, streams and exports the isosurface of any scalar field at the detail a view "
+        "Isofront shows, streams and exports the isosurface of any scalar field at the detail a "
+        "view "
         "needs.\n\n"
         "SOURCE is a volume (.nrrd .nhdr .nii .nii.gz .mha .mhd .vdb) or a procedural field,\n"
         "proc:NAME[?key=value&...]; 'isofront info proc:' lists those.\n"};
@@ -42,7 +43,8 @@ int main(int argc, char** argv)
         return cli::report(
             {core::ErrorCode::usage,
              std::string(error.what()) + " (see 'isofront " +
-                 (app.get_subcommands().empty() ? "" : app.get_subcommands().front()->get_name() + " ") +
+                 (app.get_subcommands().empty() ? ""
+                                                : app.get_subcommands().front()->get_name() + " ") +
                  "--help')"});
     }
     try {
@@ -50,7 +52,8 @@ int main(int argc, char** argv)
     } catch (const std::bad_alloc&) {
         return cli::report(
             {core::ErrorCode::resourceLimit,
-             "out of memory: choose a coarser detail, or a lower --memory-limit to be told earlier"});
+             "out of memory: choose a coarser detail, or a lower --memory-limit to be told "
+             "earlier"});
     } catch (const std::exception& error) {
         return cli::report(
             {core::ErrorCode::inputOutput, std::string("unexpected failure: ") + error.what()});

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -14,8 +15,6 @@
 #include <map>
 #include <sstream>
 #include <string>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <vector>
 
 namespace isofront::cli {
@@ -58,7 +57,8 @@ protected:
                                  "' 2>'" + err.string() + "' </dev/null";
         const int status = std::system(line.c_str());
         return {
-            WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), contentsOf(out),
+            WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+            contentsOf(out),
             contentsOf(err)};
     }
 
@@ -71,7 +71,8 @@ protected:
     {
         const Outcome outcome = run(arguments + " -q", environment);
         EXPECT_EQ(outcome.exitCode, code) << arguments << "\n" << outcome.errors;
-        EXPECT_EQ(std::ranges::count(outcome.errors, '\n'), 1) << arguments << "\n" << outcome.errors;
+        EXPECT_EQ(std::ranges::count(outcome.errors, '\n'), 1) << arguments << "\n"
+                                                               << outcome.errors;
         EXPECT_TRUE(outcome.errors.starts_with("isofront: ")) << outcome.errors;
         EXPECT_TRUE(outcome.output.empty()) << outcome.output;
         for (const std::string& name : names)
@@ -86,7 +87,9 @@ protected:
 
     /// A raw NRRD volume of 32-bit floats.
     void writeNrrd(
-        const std::string& name, std::array<std::size_t, 3> size, const std::vector<float>& values) const
+        const std::string& name,
+        std::array<std::size_t, 3> size,
+        const std::vector<float>& values) const
     {
         std::ostringstream header;
         header << "NRRD0004\ntype: float\ndimension: 3\nsizes: " << size[0] << ' ' << size[1] << ' '
@@ -190,7 +193,8 @@ TEST_F(Command, refusesWhatMakesNoSenseAndNamesTheRemedy)
     expectFailure("extract proc:sphere -o a.ply --level 93", 2, {"93", "92"});
     expectFailure("extract proc:sphere -o a.ply --spacing fine", 2, {"fine", "native"});
     expectFailure("extract proc:sphere -o a.ply --spacing native", 2, {"--spacing S"});
-    expectFailure("extract proc:sphere -o a.ply --spacing 1 --level 3", 2, {"--spacing", "--level"});
+    expectFailure(
+        "extract proc:sphere -o a.ply --spacing 1 --level 3", 2, {"--spacing", "--level"});
     expectFailure("extract proc:sphere -o a.ply --max-error -1", 2, {"--max-error"});
     expectFailure("extract proc:sphere -o a.ply --eye 1,2", 2, {"--eye", "1,2"});
     expectFailure("extract proc:sphere -o a.ply --pixel-error 1", 2, {"--eye"});
@@ -256,9 +260,12 @@ TEST_F(Command, goesOnWithSomeNonFiniteVoxelsAndCountsThem)
 TEST_F(Command, refusesWorkOverItsMemoryLimitBeforeItBegins)
 {
     expectFailure(
-        "extract " + shipped("silicium_104x40x40_u8.nrrd") + " --level 60 --memory-limit 0.01 -o a.ply",
-        6, {"--memory-limit"});
-    expectFailure("extract proc:gyroid --level 40 --memory-limit 0.05 -o a.ply", 6, {"--memory-limit"});
+        "extract " + shipped("silicium_104x40x40_u8.nrrd") +
+            " --level 60 --memory-limit 0.01 -o a.ply",
+        6,
+        {"--memory-limit"});
+    expectFailure(
+        "extract proc:gyroid --level 40 --memory-limit 0.05 -o a.ply", 6, {"--memory-limit"});
     EXPECT_FALSE(fs::exists(folder / "a.ply"));
 }
 
@@ -266,8 +273,9 @@ TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)
 {
     for (const std::string name : {"nucleon_41x41x41_u8.nrrd", "silicium_104x40x40_u8.nrrd"})
         for (const bool closed : {false, true}) {
-            const Outcome outcome = run(
-                "extract " + shipped(name) + (closed ? " --closed" : "") + " --isovalue 100 --json -o a.ply");
+            const Outcome outcome =
+                run("extract " + shipped(name) + (closed ? " --closed" : "") +
+                    " --isovalue 100 --json -o a.ply");
             ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
             const Json json = Json::parse(outcome.output);
             const PlyMesh mesh(folder / "a.ply");
@@ -289,7 +297,8 @@ TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)
                     for (std::size_t axis = 0; axis < 3; ++axis)
                         for (const char* side : {"min", "max"})
                             toBorder = std::min(
-                                toBorder, std::abs(mesh.vertices[v][axis] - double(info[side][axis])));
+                                toBorder,
+                                std::abs(mesh.vertices[v][axis] - double(info[side][axis])));
                     EXPECT_LE(toBorder, 1.0);
                 }
         }
@@ -306,9 +315,9 @@ TEST_F(Command, closesRealVolumes)
          {"skull_64x64x64_f32.nrrd", "--isovalue 2.9"},
          {"armadillo_levelset_200.vdb", ""}}};
     for (const auto& [name, options] : cases) {
-        const Outcome outcome = run(
-            "extract '" + std::string(data) + "/volumes/" + name + "' " + options +
-            " --closed --json -o a.ply");
+        const Outcome outcome =
+            run("extract '" + std::string(data) + "/volumes/" + name + "' " + options +
+                " --closed --json -o a.ply");
         ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
         const PlyMesh mesh(folder / "a.ply");
         EXPECT_GT(mesh.triangles.size(), 10000U) << name;
@@ -324,8 +333,17 @@ TEST_F(Command, printsOneJsonObjectAndNothingElse)
     ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
     const Json json = Json::parse(outcome.output);
     for (const char* key :
-         {"triangles", "vertices", "cells", "cells_skipped", "samples", "sanitised_samples", "bounds",
-          "seconds", "peak_rss_bytes", "threads", "settings"})
+         {"triangles",
+          "vertices",
+          "cells",
+          "cells_skipped",
+          "samples",
+          "sanitised_samples",
+          "bounds",
+          "seconds",
+          "peak_rss_bytes",
+          "threads",
+          "settings"})
         EXPECT_TRUE(json.contains(key)) << key;
     for (const char* key :
          {"total", "load", "sample", "contour", "smooth", "simplify", "normals", "write"})
@@ -350,7 +368,8 @@ TEST_F(Command, writesTheSameBytesOnAnyNumberOfThreads)
 TEST_F(Command, extractsAViewersDetailAndAnErrorBound)
 {
     const Json near = Json::parse(
-        run("extract proc:sphere --eye 1.3,0,0 --pixel-error 2 --size 400x300 --json -o a.ply").output);
+        run("extract proc:sphere --eye 1.3,0,0 --pixel-error 2 --size 400x300 --json -o a.ply")
+            .output);
     EXPECT_GT(near["triangles"], 1000);
     EXPECT_TRUE(PlyMesh(folder / "a.ply").openEdges(false).empty());
     const Json bound =
@@ -365,7 +384,8 @@ TEST_F(Command, extractsAViewersDetailAndAnErrorBound)
 TEST_F(Command, makesAValidFileOfAnEmptySurfaceAndWarns)
 {
     for (const char* extension : {"ply", "glb", "obj", "stl"}) {
-        const Outcome outcome = run(std::string("extract proc:sphere --isovalue 1e9 -o a.") + extension);
+        const Outcome outcome =
+            run(std::string("extract proc:sphere --isovalue 1e9 -o a.") + extension);
         EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
         EXPECT_NE(outcome.errors.find("warning"), std::string::npos) << extension;
         EXPECT_TRUE(fs::exists(folder / (std::string("a.") + extension)));
@@ -375,9 +395,12 @@ TEST_F(Command, makesAValidFileOfAnEmptySurfaceAndWarns)
 #ifdef ISOFRONT_WITH_VULKAN
 TEST_F(Command, saysThatThereIsNoDevice)
 {
+    expectFailure("render proc:sphere -o a.png --device 'no such device'", 5, {"no such device"});
     expectFailure(
-        "render proc:sphere -o a.png --device 'no such device'", 5, {"no such device"});
-    expectFailure("fly --frames 1 --size 64x36 --out f", 5, {"Vulkan"}, "VK_ICD_FILENAMES=/nonexistent VK_DRIVER_FILES=/nonexistent");
+        "fly --frames 1 --size 64x36 --out f",
+        5,
+        {"Vulkan"},
+        "VK_ICD_FILENAMES=/nonexistent VK_DRIVER_FILES=/nonexistent");
     expectFailure("fly --preset alpin --frames 1", 2, {"alpin", "canyon"});
     expectFailure("render proc:sphere -o a.png --size 0x5", 2, {"0x5"});
 }
@@ -391,9 +414,9 @@ TEST_F(Command, drawsAVolumeAndFliesOverATerrain)
     EXPECT_GT(Json::parse(drawn.output)["triangles_drawn"], 500);
     EXPECT_EQ(contentsOf(folder / "a.png").substr(1, 3), "PNG");
 
-    const Outcome flown = run(
-        "fly --frames 3 --size 160x90 --pixel-error 8 --lattice 8 --out flight --json",
-        "ISOFRONT_DEVICE=cpu");
+    const Outcome flown =
+        run("fly --frames 3 --size 160x90 --pixel-error 8 --lattice 8 --out flight --json",
+            "ISOFRONT_DEVICE=cpu");
     ASSERT_EQ(flown.exitCode, 0) << flown.errors;
     EXPECT_EQ(Json::parse(flown.output)["frames"], 3);
     for (const char* name : {"report.json", "report.html", "contact-sheet.png"})

@@ -1,8 +1,8 @@
+#include "support/FunctionField.h"
+
 #include <isofront/surface/MeshExtraction.h>
 
 #include <gtest/gtest.h>
-
-#include "support/FunctionField.h"
 
 #include <cmath>
 #include <map>
@@ -155,9 +155,10 @@ TEST(MeshExtraction, refinesUntilTheEstimatedErrorIsBelowTheBound)
             for (std::size_t k = 0; k < 3; ++k)
                 c += result->mesh.positions[result->mesh.indices[i + k]] / 3.0;
             worst = std::max(
-                worst, std::abs(std::max(
-                           tests::sphere(c, {0.5, 0.5, 0.4}, 0.3),
-                           tests::sphere(c, {0.51, 0.49, 0.71}, 0.03))));
+                worst,
+                std::abs(std::max(
+                    tests::sphere(c, {0.5, 0.5, 0.4}, 0.3),
+                    tests::sphere(c, {0.51, 0.49, 0.71}, 0.03))));
         }
         EXPECT_LE(worst, 2 * bound);
         EXPECT_GT(result->mesh.indices.size(), before);

@@ -1,12 +1,11 @@
-#include <isofront/surface/Surface.h>
-
-#include <gtest/gtest.h>
-
 #include "support/FunctionField.h"
 #include "support/Random.h"
 
 #include <isofront/extractor/CellExtractor.h>
 #include <isofront/hierarchy/Diamond.h>
+#include <isofront/surface/Surface.h>
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
@@ -41,8 +40,8 @@ public:
 
     static double value(const glm::dvec3& p)
     {
-        const double height =
-            0.5 + 0.08 * std::sin(9 * p.x) * std::cos(7 * p.y) + 0.02 * std::sin(31 * p.x + 17 * p.y);
+        const double height = 0.5 + 0.08 * std::sin(9 * p.x) * std::cos(7 * p.y) +
+                              0.02 * std::sin(31 * p.x + 17 * p.y);
         const glm::dvec3 d = glm::abs(p - glm::dvec3(0.5));
         return std::min({height - p.z, 0.45 - d.x, 0.45 - d.y, p.z - 0.07});
     }
@@ -157,7 +156,9 @@ class SurfaceOnJobs : public testing::TestWithParam<core::JobsBackend> {};
 TEST_P(SurfaceOnJobs, isCrackFreeAfterEveryDeltaOfAFlight)
 {
     Surface surface(
-        std::make_shared<Hills>(), {}, smallOptions(),
+        std::make_shared<Hills>(),
+        {},
+        smallOptions(),
         std::shared_ptr<core::Jobs>(core::makeJobs(GetParam(), 3)));
     Host host;
     std::size_t deltas = 0;
@@ -201,7 +202,8 @@ TEST_P(SurfaceOnJobs, endsWithTheMeshesOfItsCellsWhateverTheOrderOfWork)
 INSTANTIATE_TEST_SUITE_P(
     Backends,
     SurfaceOnJobs,
-    testing::Values(core::JobsBackend::inlined, core::JobsBackend::threads, core::JobsBackend::automatic),
+    testing::Values(
+        core::JobsBackend::inlined, core::JobsBackend::threads, core::JobsBackend::automatic),
     [](const auto& parameter) {
         return parameter.param == core::JobsBackend::inlined   ? "inlined"
                : parameter.param == core::JobsBackend::threads ? "threads"
@@ -276,7 +278,9 @@ TEST(Surface, neverWaitsForAnExtraction)
     SurfaceOptions options = smallOptions();
     options.maxLevel = 9;
     Surface surface(
-        field, {}, options,
+        field,
+        {},
+        options,
         std::shared_ptr<core::Jobs>(core::makeJobs(core::JobsBackend::threads, 2)));
     const hierarchy::View view = viewFrom({0.4, 0.3, 0.65});
     for (int i = 0; i < 10; ++i) // would hang here
@@ -293,13 +297,16 @@ TEST(Surface, cancelsWhatIsNoLongerWantedAndKeepsItsCacheBounded)
     SurfaceOptions options = smallOptions();
     options.cacheBytes = 200'000;
     Surface surface(
-        std::make_shared<Hills>(), {}, options,
+        std::make_shared<Hills>(),
+        {},
+        options,
         std::shared_ptr<core::Jobs>(core::makeJobs(core::JobsBackend::threads, 1)));
     Host host;
     auto generator = tests::random(71);
     for (int i = 0; i < 150; ++i) { // teleports
         const glm::dvec3 eye(
-            tests::uniform(generator, 0.1, 0.9), tests::uniform(generator, 0.1, 0.9),
+            tests::uniform(generator, 0.1, 0.9),
+            tests::uniform(generator, 0.1, 0.9),
             tests::uniform(generator, 0.45, 0.9));
         host.apply(surface.update(viewFrom(eye), {.milliseconds = 1}));
         ASSERT_LE(surface.stats().cacheBytes, options.cacheBytes);
@@ -324,7 +331,8 @@ TEST(Surface, takesMeshesFromItsCacheWhenTheViewerComesBack)
     const std::uint64_t cached = surface.stats().cellsFromCache;
     settleInto(surface, host, here);
     EXPECT_GT(surface.stats().cellsFromCache, cached + 100);
-    EXPECT_LT(surface.stats().cellsExtracted - before, (surface.stats().cellsFromCache - cached) / 4);
+    EXPECT_LT(
+        surface.stats().cellsExtracted - before, (surface.stats().cellsFromCache - cached) / 4);
     EXPECT_EQ(host.cracks(), 0U);
 }
 

@@ -18,10 +18,7 @@ using CellMeshPointer = std::shared_ptr<const extractor::CellMesh>;
 /// Thread: one at a time.
 class CellCache {
 public:
-    explicit CellCache(std::size_t capacityBytes)
-        : _capacity(capacityBytes)
-    {
-    }
+    explicit CellCache(std::size_t capacityBytes) : _capacity(capacityBytes) {}
 
     void insert(const hierarchy::CellId& id, CellMeshPointer mesh);
     /// Hands the mesh over and forgets it; null if it isn't here.

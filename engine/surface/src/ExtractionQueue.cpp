@@ -8,8 +8,7 @@ namespace isofront::surface {
 
 ExtractionQueue::ExtractionQueue(
     std::shared_ptr<const extractor::CellExtractor> extractor, std::shared_ptr<core::Jobs> jobs)
-    : _extractor(std::move(extractor)),
-      _jobs(std::move(jobs))
+    : _extractor(std::move(extractor)), _jobs(std::move(jobs))
 {
 }
 

@@ -24,7 +24,8 @@ namespace isofront::surface {
 class ExtractionQueue {
 public:
     ExtractionQueue(
-        std::shared_ptr<const extractor::CellExtractor> extractor, std::shared_ptr<core::Jobs> jobs);
+        std::shared_ptr<const extractor::CellExtractor> extractor,
+        std::shared_ptr<core::Jobs> jobs);
     ExtractionQueue(const ExtractionQueue&) = delete;
     ExtractionQueue& operator=(const ExtractionQueue&) = delete;
     /// Takes everything back and waits for what is running.

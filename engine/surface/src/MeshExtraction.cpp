@@ -60,9 +60,7 @@ public:
         std::shared_ptr<const extractor::CellExtractor> extractor,
         core::Jobs& jobs,
         const MeshExtractionOptions& options)
-        : _extractor(std::move(extractor)),
-          _jobs(jobs),
-          _options(options)
+        : _extractor(std::move(extractor)), _jobs(jobs), _options(options)
     {
     }
 
@@ -75,7 +73,8 @@ public:
         else if (detail.kind == Detail::Kind::view)
             error = refine(
                 viewCriterion(_extractor, detail.view.pixelsPerUnit(), detail.pixelError),
-                detail.view, detail.level);
+                detail.view,
+                detail.level);
         else
             error = refineByError();
         if (!error && detail.kind != Detail::Kind::error)
@@ -104,7 +103,8 @@ private:
             ErrorCode::resourceLimit,
             std::string(what) + " would need about " + mebibytes(bytes) +
                 " MiB, over the limit of " + mebibytes(_options.memoryLimit - 1) +
-                " MiB: choose a larger spacing or error, a lower level, or a higher --memory-limit"};
+                " MiB: choose a larger spacing or error, a lower level, or a higher "
+                "--memory-limit"};
     }
 
     void progress(const char* what, double share) const
@@ -162,8 +162,9 @@ private:
             std::vector<LatticePoint> tooCoarse;
             for (const auto& [id, cell] : _cells) {
                 const hierarchy::Diamond diamond(id.spine);
-                if (diamond.level < _options.detail.level &&
-                    double(cell.mesh.stats.errorMax) * stretch > _options.detail.maxError)
+                if (diamond
+                        .level<_options.detail.level&& double(cell.mesh.stats.errorMax) * stretch>
+                            _options.detail.maxError)
                     tooCoarse.push_back(id.spine);
             }
             std::ranges::sort(tooCoarse);
@@ -190,8 +191,7 @@ private:
     MaybeError extractCells(const std::vector<CellId>& ids)
     {
         // The diamonds that bounds could not prove empty are those with a surface, or nearly.
-        const WhereSurface emptiness(
-            std::make_shared<hierarchy::UniformCriterion>(0), _extractor);
+        const WhereSurface emptiness(std::make_shared<hierarchy::UniformCriterion>(0), _extractor);
         std::size_t expected = 0;
         for (std::size_t i = 0; i < ids.size(); ++i) {
             if (i > 0 && ids[i].spine == ids[i - 1].spine)
@@ -216,8 +216,7 @@ private:
             _jobs.parallelFor(count, [&](std::size_t i) {
                 ExtractedCell& cell = slice[i];
                 cell.id = ids[begin + i];
-                cell.mesh =
-                    *_extractor->extract(hierarchy::tetrahedronOf(cell.id), &cell.trace);
+                cell.mesh = *_extractor->extract(hierarchy::tetrahedronOf(cell.id), &cell.trace);
             });
             for (ExtractedCell& cell : slice) {
                 const extractor::CellStats& stats = cell.mesh.stats;
@@ -227,8 +226,8 @@ private:
                 _result.sampleSeconds += cell.trace.sampleSeconds;
                 _result.contourSeconds += cell.trace.contourSeconds;
                 _result.normalSeconds += cell.trace.normalSeconds;
-                _bytes += cell.mesh.bytes() +
-                          cell.trace.borders.size() * sizeof(extractor::BorderVertex);
+                _bytes +=
+                    cell.mesh.bytes() + cell.trace.borders.size() * sizeof(extractor::BorderVertex);
                 _cells.emplace(cell.id, std::move(cell));
             }
             if (auto error = overLimit(_bytes, "the meshes of the cells"))
@@ -302,8 +301,7 @@ private:
             }
             const double rms = double(part.stats.errorRms) * stretch;
             squared += rms * rms * static_cast<double>(part.triangleCount());
-            _result.errorMax =
-                std::max(_result.errorMax, double(part.stats.errorMax) * stretch);
+            _result.errorMax = std::max(_result.errorMax, double(part.stats.errorMax) * stretch);
         }
         if (triangles > 0)
             _result.errorRms = std::sqrt(squared / static_cast<double>(triangles));

@@ -2,7 +2,6 @@
 
 #include "CellCache.h"
 #include "ExtractionQueue.h"
-
 #include "isofront/surface/SurfaceCriterion.h"
 
 #include <isofront/core/Assert.h>
@@ -110,8 +109,7 @@ public:
               domain,
               std::make_shared<hierarchy::UniformCriterion>(0),
               {.maxLevel = options.maxLevel}),
-          _cache(options.cacheBytes),
-          _queue(_extractor, _jobs)
+          _cache(options.cacheBytes), _queue(_extractor, _jobs)
     {
         _rootMissing = wholesOf(hierarchy::kRootDiamond);
     }
@@ -202,8 +200,8 @@ public:
                 Job& job = work[begin + i];
                 isNew[i] = job.mesh == nullptr;
                 if (isNew[i])
-                    job.mesh = std::make_shared<const extractor::CellMesh>(
-                        *_extractor->extract(job.cell));
+                    job.mesh =
+                        std::make_shared<const extractor::CellMesh>(*_extractor->extract(job.cell));
             });
             for (std::size_t i = 0; i < size; ++i)
                 if (isNew[i])
@@ -262,8 +260,8 @@ public:
     [[nodiscard]] const hierarchy::Domain& domain() const { return _refinement.domain(); }
 
 private:
-    static extractor::ExtractionSettings withCornerRadius(
-        const SurfaceOptions& options, const hierarchy::Domain& domain)
+    static extractor::ExtractionSettings
+    withCornerRadius(const SurfaceOptions& options, const hierarchy::Domain& domain)
     {
         extractor::ExtractionSettings settings = options.extraction;
         if (settings.cornerRadius <= 0)
@@ -283,8 +281,7 @@ private:
     }
 
     /// Turns a step of the wanted front into an operation on the shown one, or takes one back.
-    void plan(
-        const hierarchy::FrontChange& change, std::vector<ExtractionQueue::Request>& requests)
+    void plan(const hierarchy::FrontChange& change, std::vector<ExtractionQueue::Request>& requests)
     {
         if (const auto found = _operations.find(change.diamond); found != _operations.end()) {
             ISOFRONT_ASSERT(found->second.split != change.split, "the front changed twice alike");
@@ -350,8 +347,8 @@ private:
         const double tangent = std::tan(0.5 * _view.verticalFieldOfView);
         const double aspect = double(_view.width) / _view.height;
         const double cone = std::atan(tangent * std::hypot(1.0, aspect));
-        const double angle = std::acos(std::clamp(
-            glm::dot(to, glm::normalize(_view.forward)) / distance, -1.0, 1.0));
+        const double angle = std::acos(
+            std::clamp(glm::dot(to, glm::normalize(_view.forward)) / distance, -1.0, 1.0));
         return angle - std::asin(radius / distance) <= cone;
     }
 
@@ -426,9 +423,9 @@ private:
     {
         if (!_rootShown)
             return;
-        for (std::size_t done = 0; !_ready.empty(); ++done) {
-            if (done % 8 == 7 && Clock::now() > deadline)
-                return;
+        // a few steps in any case, or a slow machine would never get anywhere
+        std::size_t commits = 0;
+        while (!_ready.empty() && (commits % 8 != 7 || Clock::now() < deadline)) {
             const LatticePoint centre = _ready.back();
             _ready.pop_back();
             const auto found = _operations.find(centre);
@@ -438,6 +435,7 @@ private:
             const bool split = found->second.split;
             if (split ? !_shown.isComplete(centre) : !_shown.isMergeable(centre))
                 continue;
+            ++commits;
             Operation operation = std::move(found->second);
             _operations.erase(found);
             for (const CellId& id : split ? wholesOf(centre) : halvesOf(centre))
@@ -455,10 +453,7 @@ private:
         }
     }
 
-    [[nodiscard]] bool isShown(const CellId& id) const
-    {
-        return _rootShown && _shown.hasCell(id);
-    }
+    [[nodiscard]] bool isShown(const CellId& id) const { return _rootShown && _shown.hasCell(id); }
 
     void show(const CellId& id, CellMeshPointer mesh, DeltaBuilder& delta)
     {

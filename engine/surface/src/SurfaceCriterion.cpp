@@ -50,16 +50,15 @@ std::shared_ptr<const hierarchy::Criterion> viewCriterion(
     double pixels)
 {
     const auto estimate = [extractor](const hierarchy::Diamond& diamond) {
-        return expectedError(
-            diamond.level, extractor->settings().latticeSize, extractor->domain());
+        return expectedError(diamond.level, extractor->settings().latticeSize, extractor->domain());
     };
     return std::make_shared<WhereSurface>(
         std::make_shared<hierarchy::ProjectedErrorCriterion>(estimate, pixelsPerUnit, pixels),
         extractor);
 }
 
-std::shared_ptr<const hierarchy::Criterion> levelCriterion(
-    const std::shared_ptr<const extractor::CellExtractor>& extractor, int level)
+std::shared_ptr<const hierarchy::Criterion>
+levelCriterion(const std::shared_ptr<const extractor::CellExtractor>& extractor, int level)
 {
     return std::make_shared<WhereSurface>(
         std::make_shared<hierarchy::UniformCriterion>(level), extractor);

@@ -47,10 +47,10 @@ struct ExtractedMesh {
     std::uint64_t samples = 0;
     std::uint64_t sanitisedSamples = 0;
     int finestLevel = 0;
-    double errorRms = 0;       ///< estimated, over all cells by triangles [world]; if asked for
-    double errorMax = 0;       ///< the same, largest [world]
-    double frontSeconds = 0;   ///< finding the cells
-    double sampleSeconds = 0;  ///< these three summed over threads
+    double errorRms = 0;      ///< estimated, over all cells by triangles [world]; if asked for
+    double errorMax = 0;      ///< the same, largest [world]
+    double frontSeconds = 0;  ///< finding the cells
+    double sampleSeconds = 0; ///< these three summed over threads
     double contourSeconds = 0;
     double normalSeconds = 0;
     double joinSeconds = 0;

@@ -31,13 +31,13 @@ struct UpdateBudget {
 
 /// Counters of a surface; those of work add up from its beginning.
 struct SurfaceStats {
-    std::size_t frontCells = 0;     ///< cells of the shown front, empty ones included
-    std::size_t shownCells = 0;     ///< those with triangles
-    std::size_t triangles = 0;      ///< shown
-    std::size_t pendingCells = 0;   ///< asked for and not there yet
-    std::size_t meshBytes = 0;      ///< of the shown meshes
-    std::size_t cacheBytes = 0;     ///< of the cache
-    std::size_t hierarchyBytes = 0; ///< of the fronts, about
+    std::size_t frontCells = 0;       ///< cells of the shown front, empty ones included
+    std::size_t shownCells = 0;       ///< those with triangles
+    std::size_t triangles = 0;        ///< shown
+    std::size_t pendingCells = 0;     ///< asked for and not there yet
+    std::size_t meshBytes = 0;        ///< of the shown meshes
+    std::size_t cacheBytes = 0;       ///< of the cache
+    std::size_t hierarchyBytes = 0;   ///< of the fronts, about
     std::uint64_t cellsExtracted = 0; ///< sampled
     std::uint64_t cellsSkipped = 0;   ///< proved empty by the field's bounds, never sampled
     std::uint64_t cellsFromCache = 0;
@@ -51,9 +51,9 @@ struct SurfaceStats {
 /// The surface of a field at the detail a viewer needs, as a stream of deltas.
 ///
 /// Two fronts make it work. The wanted front follows the viewer at once, in integers. The shown
-/// front trails it: a diamond is split or merged in it when the meshes of all cells that this brings
-/// have been extracted, in the background and most visible error first. So what the deltas add up to
-/// is a conforming, crack-free mesh after each of them.
+/// front trails it: a diamond is split or merged in it when the meshes of all cells that this
+/// brings have been extracted, in the background and most visible error first. So what the deltas
+/// add up to is a conforming, crack-free mesh after each of them.
 ///
 /// Thread: one at a time. Extraction runs in `jobs`.
 class Surface {
@@ -68,8 +68,8 @@ public:
     Surface& operator=(Surface&&) noexcept;
     ~Surface();
 
-    /// Follows the viewer and hands out what is ready. Never waits for an extraction. A view that is
-    /// not valid changes nothing and is counted.
+    /// Follows the viewer and hands out what is ready. Never waits for an extraction. A view that
+    /// is not valid changes nothing and is counted.
     Delta update(const hierarchy::View& view, const UpdateBudget& budget = {});
 
     /// Waits until the surface is as the view wants it, skipping everything in between: for still

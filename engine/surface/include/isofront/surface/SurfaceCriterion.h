@@ -25,8 +25,7 @@ public:
     WhereSurface(
         std::shared_ptr<const hierarchy::Criterion> criterion,
         std::shared_ptr<const extractor::CellExtractor> extractor)
-        : _criterion(std::move(criterion)),
-          _extractor(std::move(extractor))
+        : _criterion(std::move(criterion)), _extractor(std::move(extractor))
     {
     }
 
@@ -36,7 +35,8 @@ public:
 private:
     std::shared_ptr<const hierarchy::Criterion> _criterion;
     std::shared_ptr<const extractor::CellExtractor> _extractor;
-    /// A diamond is asked about again and again as the viewer moves; bounds cost far more than this.
+    /// A diamond is asked about again and again as the viewer moves; bounds cost far more than
+    /// this.
     mutable std::unordered_map<hierarchy::LatticePoint, bool, hierarchy::LatticePointHash> _known;
 };
 
@@ -47,7 +47,7 @@ std::shared_ptr<const hierarchy::Criterion> viewCriterion(
     double pixels);
 
 /// One level wherever there may be a surface.
-std::shared_ptr<const hierarchy::Criterion> levelCriterion(
-    const std::shared_ptr<const extractor::CellExtractor>& extractor, int level);
+std::shared_ptr<const hierarchy::Criterion>
+levelCriterion(const std::shared_ptr<const extractor::CellExtractor>& extractor, int level);
 
 } // namespace isofront::surface
