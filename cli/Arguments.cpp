@@ -1,8 +1,13 @@
 #include "Arguments.h"
 
+#include "Console.h"
+
 #include <charconv>
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <string_view>
+#include <system_error>
 
 namespace isofront::cli {
 
@@ -17,6 +22,25 @@ bool parseNumber(std::string_view text, Number& number)
 
 } // namespace
 
+CLI::Validator within(double low, double high)
+{
+    const std::string range = "[" + brief(low) + " - " + brief(high) + "]";
+    return {
+        [low, high, range](const std::string& text) {
+            double number = 0;
+            if (CLI::detail::lexical_cast(text, number) && number >= low && number <= high)
+                return std::string();
+            return "'" + text + "' is not a number in " + range;
+        },
+        range};
+}
+
+CLI::Validator isovalues()
+{
+    const double largest = double(std::numeric_limits<float>::max()) / 4;
+    return within(-largest, largest);
+}
+
 core::Result<PictureSize> parseSize(const std::string& text)
 {
     PictureSize size;
@@ -29,6 +53,29 @@ core::Result<PictureSize> parseSize(const std::string& text)
             core::ErrorCode::usage,
             "--size '" + text + "': give width and height from 1 to 16384 pixels, as in 1280x720");
     return size;
+}
+
+core::Result<void> checkFolderOf(const std::string& file)
+{
+    const std::filesystem::path path(file);
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored))
+        return core::failure(
+            core::ErrorCode::inputOutput, file + " is a folder: name a file to write");
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!std::filesystem::is_directory(folder, ignored))
+        return core::failure(
+            core::ErrorCode::inputOutput,
+            file + ": the folder " + folder.string() + " isn't there; make it or choose another");
+    return {};
+}
+
+core::Result<void> checkPixelError(double pixels)
+{
+    if (pixels > 0 && std::isfinite(pixels))
+        return {};
+    return core::failure(
+        core::ErrorCode::usage, "--pixel-error must be a positive number of pixels");
 }
 
 core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option)

@@ -19,8 +19,19 @@ struct PictureSize {
     int height = 720;
 };
 
+/// Accepts finite numbers from `low` to `high`; the library's own range lets NaN through.
+CLI::Validator within(double low, double high);
+/// Accepts numbers that field values can be compared with: finite, and not beyond a quarter of the
+/// largest float.
+CLI::Validator isovalues();
+
 /// "1280x720", each side from 1 to 16384.
 core::Result<PictureSize> parseSize(const std::string& text);
+/// True if the folder of a file to write is there; otherwise the failure that writing would end in,
+/// told before any work is done.
+core::Result<void> checkFolderOf(const std::string& file);
+/// A positive, finite number of pixels.
+core::Result<void> checkPixelError(double pixels);
 /// "1.5,-2,3e4", three finite numbers.
 core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option);
 

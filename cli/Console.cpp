@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -15,6 +16,16 @@ namespace {
 
 constexpr auto kTerminalInterval = std::chrono::milliseconds(100);
 constexpr auto kLogInterval = std::chrono::seconds(5);
+
+/// A line of progress stands on the terminal and waits to be rewritten.
+bool lineIsOpen = false;
+
+void eraseLine()
+{
+    if (lineIsOpen)
+        std::fprintf(stderr, "\r\033[K");
+    lineIsOpen = false;
+}
 
 bool isTerminal()
 {
@@ -43,15 +54,13 @@ void Progress::show(const std::string& what, double share)
         std::fprintf(stderr, "\r\033[K%s", text.c_str());
     else
         std::fprintf(stderr, "%s\n", text.c_str());
-    _lineIsOpen = isTerminal();
+    lineIsOpen = isTerminal();
     std::fflush(stderr);
 }
 
 void Progress::finish()
 {
-    if (_lineIsOpen)
-        std::fprintf(stderr, "\r\033[K");
-    _lineIsOpen = false;
+    eraseLine();
 }
 
 void Progress::say(const std::string& line)
@@ -86,6 +95,7 @@ std::stop_token interruptions()
 
 int report(const core::Error& error)
 {
+    eraseLine();
     std::string line = error.message;
     for (char& c : line)
         if (c == '\n')
@@ -98,6 +108,23 @@ void print(const nlohmann::ordered_json& json)
 {
     std::cout << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n'
               << std::flush;
+}
+
+int finishOutput(int exitCode)
+{
+    std::cout.flush();
+    const bool lost = !std::cout || std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+    if (exitCode != 0 || !lost)
+        return exitCode;
+    return report(
+        {core::ErrorCode::inputOutput, "standard output can't be written: is the disk full?"});
+}
+
+std::string brief(double number)
+{
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%g", number);
+    return text.data();
 }
 
 std::string grouped(std::uint64_t number)

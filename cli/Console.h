@@ -28,7 +28,6 @@ public:
 
 private:
     bool _quiet;
-    bool _lineIsOpen = false;
     std::chrono::steady_clock::time_point _last{};
 };
 
@@ -41,6 +40,13 @@ int report(const core::Error& error);
 
 /// Prints a JSON object to standard output, and nothing else there.
 void print(const nlohmann::ordered_json& json);
+
+/// To be called last: turns success into a failure if standard output took not all that was
+/// printed.
+int finishOutput(int exitCode);
+
+/// A number as short as people write it: 0.5, 300, 1e-09.
+std::string brief(double number);
 
 /// Digits that people read: 1234567 as "1,234,567".
 std::string grouped(std::uint64_t number);

@@ -37,6 +37,9 @@ struct ExtractArguments {
     int lattice = 4;
     std::optional<double> filter;
     bool closed = false;
+    bool estimateError = false;
+    int smooth = 0;
+    double simplify = 0;
     std::size_t threads = 0;
     double memoryLimitGib = 8;
     std::string grid;
@@ -65,15 +68,10 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
             ErrorCode::usage,
             "--spacing, --level, --max-error and --eye/--pixel-error exclude each other: give one");
 
-    // the coarsest level 3k whose axis step is at most so much [field]
-    const auto levelFor = [&](double step) {
-        int level = 0;
-        while (level < hierarchy::kMaxLevel - 2 && axisStep(level, n) * edge > step * (1 + 1e-9))
-            level += 3;
-        return level;
-    };
+    const auto levelFor = [&](double step) { return levelForStep(step / edge, n); };
     const int native = source.voxel ? levelFor(*source.voxel) : 18;
-    const int cap = std::min(native + 18, hierarchy::kMaxLevel);
+    // inside a voxel the surface is smooth: six levels below the voxels' own show all of it
+    const int cap = std::min(native + (source.voxel ? 6 : 18), hierarchy::kMaxLevel);
 
     surface::Detail detail;
     if (arguments.level) {
@@ -111,9 +109,8 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
         detail.view.width = size->width;
         detail.view.height = size->height;
         detail.pixelError = arguments.pixelError.value_or(1.0);
-        if (!(detail.pixelError > 0) || !std::isfinite(detail.pixelError))
-            return core::failure(
-                ErrorCode::usage, "--pixel-error must be a positive number of pixels");
+        if (const auto checked = checkPixelError(detail.pixelError); !checked)
+            return tl::unexpected<core::Error>(checked.error());
         detail.level = cap;
         return detail;
     }
@@ -139,7 +136,7 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
             ErrorCode::usage,
             "--spacing " + arguments.spacing +
                 " is finer than the deepest level of this source: use at least " +
-                std::to_string(axisStep(90, n) * edge * stretch));
+                brief(axisStep(90, n) * edge * stretch));
     return detail;
 }
 
@@ -182,6 +179,12 @@ int extract(const ExtractArguments& arguments)
     // what can be refused is refused before any work
     if (const auto format = exchange::meshFormatOf(arguments.output); !format)
         return report(format.error());
+    if (const auto folder = checkFolderOf(arguments.output); !folder)
+        return report(folder.error());
+    if (arguments.smooth != 0 || arguments.simplify != 0)
+        return report(
+            {ErrorCode::usage,
+             "--smooth and --simplify: this version does neither; give 0 or leave them out"});
     if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
         return report(
             {ErrorCode::usage,
@@ -203,17 +206,20 @@ int extract(const ExtractArguments& arguments)
         return report(detail.error());
     const double isovalue = arguments.isovalue.value_or(source.defaultIsovalue);
     if (!arguments.isovalue && !source.isProcedural)
-        progress.say("note: no --isovalue given; " + std::to_string(isovalue) + " separates best");
+        progress.say("note: no --isovalue given; " + brief(isovalue) + " separates best");
 
     extractor::ExtractionSettings settings;
     settings.latticeSize = arguments.lattice;
     settings.isovalue = source.fieldIsovalue(isovalue);
     settings.filterStrength =
         arguments.filter.value_or(detail->kind == surface::Detail::Kind::view ? 1.0 : 0.0);
-    settings.cornerRadius =
-        2 * hierarchy::axisStep(detail->level, arguments.lattice) * source.domain.edge;
+    const int finest = source.voxel
+                           ? levelForStep(*source.voxel / source.domain.edge, arguments.lattice)
+                           : detail->level;
+    settings.cornerRadius = 2 * hierarchy::axisStep(finest, arguments.lattice) * source.domain.edge;
     settings.closed = arguments.closed;
-    settings.estimateError = detail->kind == surface::Detail::Kind::error;
+    settings.estimateError =
+        arguments.estimateError || detail->kind == surface::Detail::Kind::error;
     const auto extractor =
         std::make_shared<const extractor::CellExtractor>(source.field, source.domain, settings);
     const auto jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
@@ -228,6 +234,8 @@ int extract(const ExtractArguments& arguments)
         return report(result.error().within(source.name));
     progress.finish();
 
+    if (stop.stop_requested())
+        return report({ErrorCode::interrupted, "interrupted; nothing was written"});
     const auto writeStart = Clock::now();
     progress.show("writing " + arguments.output, -1);
     const auto settingsJson = settingsOf(arguments, *detail, settings, source, isovalue);
@@ -253,7 +261,7 @@ int extract(const ExtractArguments& arguments)
             arguments.output + ": " + grouped(triangles) + " triangles, " +
             grouped(result->mesh.positions.size()) + " vertices, " + grouped(written->bytes) +
             " bytes; " + grouped(result->cells) + " cells, " + grouped(result->cellsSkipped) +
-            " of them proved empty; " + std::to_string(total) + " s");
+            " of them proved empty; " + brief(total) + " s");
         return 0;
     }
     nlohmann::ordered_json json;
@@ -306,10 +314,12 @@ Action addExtract(CLI::App& app)
         ->required();
     command->add_option("-o,--output", arguments->output, "mesh file: .glb .ply .obj .stl")
         ->required();
-    command->add_option(
-        "--isovalue",
-        arguments->isovalue,
-        "solid is where the value is at or above it; default: what separates the volume best");
+    command
+        ->add_option(
+            "--isovalue",
+            arguments->isovalue,
+            "solid is where the value is at or above it; default: what separates the volume best")
+        ->check(isovalues());
     command->add_option(
         "--spacing",
         arguments->spacing,
@@ -323,7 +333,7 @@ Action addExtract(CLI::App& app)
     command->add_option(
         "--pixel-error", arguments->pixelError, "with --eye: pixels of error to allow, default 1");
     command->add_option("--fov", arguments->fov, "with --eye: vertical field of view [degrees]")
-        ->check(CLI::Range(1.0, 179.0))
+        ->check(within(1.0, 179.0))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "with --eye: size of the picture [px]")
         ->capture_default_str();
@@ -336,16 +346,24 @@ Action addExtract(CLI::App& app)
             "strength of the low-pass filter: 0 none (default), 1 what the lattice can hold "
             "(default "
             "with --eye)")
-        ->check(CLI::Range(0.0, 100.0));
+        ->check(within(0.0, 100.0));
+    command->add_option(
+        "--smooth", arguments->smooth, "passes of smoothing; only 0 in this version");
+    command->add_option(
+        "--simplify", arguments->simplify, "error of decimation; only 0 in this version");
     command->add_flag(
         "--closed",
         arguments->closed,
         "close the surface at the border of the data; otherwise it ends there");
+    command->add_flag(
+        "--estimate-error",
+        arguments->estimateError,
+        "report the distance between mesh and unfiltered field (always with --max-error)");
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
     command->add_option("--memory-limit", arguments->memoryLimitGib, "[GiB]")
-        ->check(CLI::Range(0.001, 1e6))
+        ->check(within(0.001, 1e6))
         ->capture_default_str();
     command->add_option("--grid", arguments->grid, "which grid of a VDB file");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");

@@ -87,7 +87,9 @@ std::vector<hierarchy::View> overTerrain(const Source& source, const FlightPlan&
     std::vector<hierarchy::View> views;
     for (std::size_t i = 0; i < plan.frames; ++i) {
         const std::size_t ahead = std::min(i + 20, count - 1);
-        glm::dvec3 forward = path[ahead] - path[ahead > i ? i : i - 1];
+        glm::dvec3 forward = path[ahead] - path[i];
+        if (glm::length(glm::dvec2(forward)) == 0) // too slow to see which way it goes
+            forward = towards;
         forward.z = 0.5 * forward.z - 0.14 * glm::length(glm::dvec2(forward));
         views.push_back(
             viewTo(path[i], path[i] + forward, plan.fovDegrees, plan.width, plan.height));

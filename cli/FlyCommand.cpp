@@ -10,6 +10,7 @@
 #include <isofront/exchange/Video.h>
 
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -67,7 +68,7 @@ std::uint64_t residentBytes()
         std::fopen("/proc/self/statm", "r"), std::fclose);
     if (!file || std::fscanf(file.get(), "%lu %lu", &pages, &resident) != 2)
         return 0;
-    return resident * 4096;
+    return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 /// One flight: what it flies with, and what it has recorded.
@@ -94,6 +95,10 @@ public:
         _progress.finish();
         if (error)
             return report(*error);
+        if (_report.frames.empty())
+            return report(
+                {ErrorCode::interrupted,
+                 "interrupted before the first frame; nothing was written"});
         if (unwritten)
             return report(*unwritten);
         tell();
@@ -117,9 +122,8 @@ private:
             return core::Error{
                 ErrorCode::usage,
                 "--window: this version flies without a window; leave it out and watch the video"};
-        if (!(_arguments.pixelError > 0))
-            return core::Error{
-                ErrorCode::usage, "--pixel-error must be a positive number of pixels"};
+        if (const auto checked = checkPixelError(_arguments.pixelError); !checked)
+            return checked.error();
         if (!extractor::VolumeMesh::isValidSize(_arguments.lattice) || _arguments.lattice < 4)
             return core::Error{
                 ErrorCode::usage,
@@ -181,7 +185,7 @@ private:
         FlightSettings& settings = _report.settings;
         settings.source = _source.name;
         settings.preset = _source.isTerrain && _arguments.source.empty() ? _arguments.preset : "";
-        settings.seed = _arguments.seed;
+        settings.seed = _arguments.source.empty() ? _arguments.seed : 0;
         settings.width = size.width;
         settings.height = size.height;
         settings.pixelError = _arguments.pixelError;
@@ -191,15 +195,10 @@ private:
             {"isofront", ISOFRONT_VERSION},
             {"driver", _studio->device->description().driver},
             {"vulkan", _studio->device->description().apiVersion}};
-        const auto text = [](double number) {
-            std::array<char, 32> buffer{};
-            std::snprintf(buffer.data(), buffer.size(), "%g", number);
-            return std::string(buffer.data());
-        };
         settings.others = {
             {"lattice", std::to_string(_arguments.lattice)},
-            {"filter", text(_arguments.filter)},
-            {"update_milliseconds", text(_arguments.updateMilliseconds)}};
+            {"filter", brief(_arguments.filter)},
+            {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
     }
 
     MaybeError openVideo(const PictureSize& size)
@@ -329,7 +328,8 @@ private:
             json["report"] = inFolder("report.json");
             json["page"] = inFolder("report.html");
             json["video"] = _video ? nlohmann::ordered_json(inFolder("flight.mp4")) : nullptr;
-            json["contact_sheet"] = inFolder("contact-sheet.png");
+            json["contact_sheet"] =
+                _sheet.empty() ? nullptr : nlohmann::ordered_json(inFolder("contact-sheet.png"));
             const auto spread = [](const Spread& s) {
                 return nlohmann::ordered_json{
                     {"p50", s.p50}, {"p95", s.p95}, {"p99", s.p99}, {"max", s.max}};
@@ -354,9 +354,13 @@ private:
             summary.gpuMilliseconds.p50,
             _report.settings.device.c_str());
         _progress.say(line.data());
-        for (const char* name : {"flight.mp4", "contact-sheet.png", "report.html", "report.json"})
-            if (std::filesystem::exists(inFolder(name)))
-                _progress.say("  " + inFolder(name));
+        for (const std::filesystem::path& name :
+             {_report.video,
+              _report.contactSheet,
+              std::filesystem::path("report.html"),
+              std::filesystem::path("report.json")})
+            if (!name.empty())
+                _progress.say("  " + inFolder(name.string()));
     }
 
     static core::Error tooLarge(const core::Error& error)
@@ -399,19 +403,19 @@ Action addFly(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "fly", "Fly over a terrain or around a source: a video, a contact sheet and a report");
     command->add_option(
-        "SOURCE", arguments->source, "what to fly around instead of a terrain preset");
+        "SOURCE", arguments->source, "what to fly around instead of --preset and --seed");
     command->add_option("--preset", arguments->preset, "terrain: see 'isofront info proc:'")
         ->capture_default_str();
     command->add_option("--seed", arguments->seed, "of the terrain")->capture_default_str();
-    command->add_option("--isovalue", arguments->isovalue, "of a volume");
+    command->add_option("--isovalue", arguments->isovalue, "of a volume")->check(isovalues());
     command->add_option("--frames", arguments->frames, "30 a second")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
     command->add_option("--speed", arguments->speed, "[world units/s]; 0 chooses")
-        ->check(CLI::Range(0.0, 1e9))
+        ->check(within(0.0, 1e9))
         ->capture_default_str();
     command->add_option("--fov", arguments->fov, "vertical field of view [degrees]")
-        ->check(CLI::Range(1.0, 179.0))
+        ->check(within(1.0, 179.0))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "[px]")->capture_default_str();
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
@@ -419,12 +423,12 @@ Action addFly(CLI::App& app)
     command
         ->add_option(
             "--update-ms", arguments->updateMilliseconds, "of a frame for the surface [ms]")
-        ->check(CLI::Range(0.1, 1000.0))
+        ->check(within(0.1, 1000.0))
         ->capture_default_str();
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
-        ->check(CLI::Range(0.0, 100.0))
+        ->check(within(0.0, 100.0))
         ->capture_default_str();
     command->add_option("--out", arguments->out, "folder for what is made")->capture_default_str();
     command->add_option(

@@ -65,10 +65,7 @@ surface::SurfaceOptions surfaceOptions(
     if (!source.voxel)
         return options;
     // Inside a voxel the surface is smooth: six levels below the voxels' own show all of it.
-    int native = 0;
-    while (native < hierarchy::kMaxLevel - 2 &&
-           hierarchy::axisStep(native, lattice) * source.domain.edge > *source.voxel * (1 + 1e-9))
-        native += 3;
+    const int native = levelForStep(*source.voxel / source.domain.edge, lattice);
     options.maxLevel = std::min(native + 6, hierarchy::kMaxLevel);
     options.extraction.cornerRadius = 2 * hierarchy::axisStep(native, lattice) * source.domain.edge;
     return options;

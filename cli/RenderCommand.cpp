@@ -47,8 +47,12 @@ int render(const RenderArguments& arguments)
     const auto size = parseSize(arguments.size);
     if (!size)
         return report(size.error());
-    if (!(arguments.pixelError > 0))
-        return report({ErrorCode::usage, "--pixel-error must be a positive number of pixels"});
+    if (const auto checked = checkPixelError(arguments.pixelError); !checked)
+        return report(checked.error());
+    if (!arguments.output.ends_with(".png"))
+        return report({ErrorCode::usage, arguments.output + ": pictures are written as .png"});
+    if (const auto folder = checkFolderOf(arguments.output); !folder)
+        return report(folder.error());
     if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
         return report(
             {ErrorCode::usage,
@@ -113,6 +117,8 @@ int render(const RenderArguments& arguments)
     const auto image = studio->renderer->readImage();
     if (!image)
         return report(image.error());
+    if (stop.stop_requested())
+        return report({ErrorCode::interrupted, "interrupted; no picture was written"});
     const auto written = exchange::writePng(*image, arguments.output);
     if (!written)
         return report(written.error());
@@ -120,7 +126,7 @@ int render(const RenderArguments& arguments)
 
     const surface::SurfaceStats stats = surface.stats();
     if (stats.triangles == 0)
-        progress.say("warning: there is no surface at isovalue " + std::to_string(isovalue));
+        progress.say("warning: there is no surface at isovalue " + brief(isovalue));
     if (stats.sanitisedSamples > 0)
         progress.say(
             "warning: " + grouped(stats.sanitisedSamples) +
@@ -168,14 +174,16 @@ Action addRender(CLI::App& app)
     command->add_option("SOURCE", arguments->source, "volume file or proc:NAME[?key=value&...]")
         ->required();
     command->add_option("-o,--output", arguments->output, "picture: .png")->required();
-    command->add_option(
-        "--isovalue",
-        arguments->isovalue,
-        "solid is where the value is at or above it; default: what separates the volume best");
+    command
+        ->add_option(
+            "--isovalue",
+            arguments->isovalue,
+            "solid is where the value is at or above it; default: what separates the volume best")
+        ->check(isovalues());
     command->add_option("--eye", arguments->eye, "X,Y,Z [world]; default: a good place");
     command->add_option("--target", arguments->target, "X,Y,Z to look at [world]");
     command->add_option("--fov", arguments->fov, "vertical field of view [degrees]")
-        ->check(CLI::Range(1.0, 179.0))
+        ->check(within(1.0, 179.0))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "[px]")->capture_default_str();
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
@@ -183,7 +191,7 @@ Action addRender(CLI::App& app)
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
-        ->check(CLI::Range(0.0, 100.0))
+        ->check(within(0.0, 100.0))
         ->capture_default_str();
     command->add_flag("--closed", arguments->closed, "close the surface at the border of the data");
     command->add_option(
@@ -192,7 +200,7 @@ Action addRender(CLI::App& app)
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
     command->add_option("--grid", arguments->grid, "which grid of a VDB file");
     command->add_option("--memory-limit", arguments->memoryLimitGib, "of a volume [GiB]")
-        ->check(CLI::Range(0.001, 1e6))
+        ->check(within(0.001, 1e6))
         ->capture_default_str();
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024));

@@ -1,6 +1,7 @@
 #include "Source.h"
 
 #include <isofront/fields/Procedural.h>
+#include <isofront/hierarchy/Criterion.h>
 
 #include <glm/geometric.hpp>
 
@@ -101,8 +102,20 @@ core::Result<Source> openVolume(const std::string& text, const SourceOptions& op
 
 } // namespace
 
+int levelForStep(double share, int latticeSize)
+{
+    int level = 0;
+    while (level < hierarchy::kMaxLevel - 2 &&
+           hierarchy::axisStep(level, latticeSize) > share * (1 + 1e-9))
+        level += 3;
+    return level;
+}
+
 core::Result<Source> openSource(const std::string& text, const SourceOptions& options)
 {
+    if (text.empty())
+        return core::failure(
+            core::ErrorCode::usage, "SOURCE is empty: give a volume file or proc:NAME");
     if (text.starts_with(kProcedural))
         return openProcedural(text);
     return openVolume(text, options);

@@ -46,6 +46,10 @@ struct SourceOptions {
     std::stop_token stop;
 };
 
+/// The coarsest level 3k at which an axis step is at most this share of the domain's edge: that of
+/// a volume's own voxels, for theirs.
+int levelForStep(double share, int latticeSize);
+
 /// Opens `proc:NAME[?key=value&...]` or a volume file.
 /// Errors: usage for unknown names, parameters and kinds of file, and what loadVolume says.
 core::Result<Source> openSource(const std::string& text, const SourceOptions& options);

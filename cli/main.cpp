@@ -40,6 +40,15 @@ int main(int argc, char** argv)
     } catch (const CLI::Success& success) {
         return app.exit(success); // --help and --version
     } catch (const CLI::ParseError& error) {
+        if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
+            std::string names;
+            for (const auto& [name, action] : actions)
+                names += (names.empty() ? "" : ", ") + name;
+            return cli::report(
+                {core::ErrorCode::usage,
+                 "unknown command '" + std::string(argv[1]) + "': there are " + names +
+                     " (see 'isofront --help')"});
+        }
         return cli::report(
             {core::ErrorCode::usage,
              std::string(error.what()) + " (see 'isofront " +
@@ -48,7 +57,7 @@ int main(int argc, char** argv)
                  "--help')"});
     }
     try {
-        return actions.at(app.get_subcommands().front()->get_name())();
+        return cli::finishOutput(actions.at(app.get_subcommands().front()->get_name())());
     } catch (const std::bad_alloc&) {
         return cli::report(
             {core::ErrorCode::resourceLimit,

@@ -1,5 +1,6 @@
 #include "isofront/core/Jobs.h"
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <deque>

@@ -12,6 +12,8 @@ namespace isofront::hierarchy {
 namespace {
 
 constexpr double kDueNow = -1.0;
+/// In edges of the domain. Beyond it steps of the finest cells' size would be lost to rounding.
+constexpr double kLongestPath = 1e4;
 
 } // namespace
 
@@ -52,7 +54,23 @@ void Refinement::setCriterion(std::shared_ptr<const Criterion> criterion)
     ISOFRONT_ASSERT(criterion != nullptr, "a refinement needs a criterion");
     _criterion = std::move(criterion);
     if (_hasEye)
-        _front.forEachDiamond([this](const LatticePoint& centre) { touch(centre); });
+        startAfresh();
+}
+
+std::size_t Refinement::bytes() const
+{
+    constexpr std::size_t kWakeNode = sizeof(std::pair<LatticePoint, double>) + 3 * sizeof(void*);
+    return _front.bytes() + _wakeAt.size() * kWakeNode + _asleep.size() * sizeof(Wake) +
+           _due.size() * sizeof(Due);
+}
+
+void Refinement::startAfresh()
+{
+    _travelled = 0;
+    _asleep = {};
+    _due = {};
+    _wakeAt.clear();
+    _front.forEachDiamond([this](const LatticePoint& centre) { touch(centre); });
 }
 
 double Refinement::urgency(const LatticePoint& centre) const
@@ -69,13 +87,18 @@ void Refinement::moveTo(const glm::dvec3& eye)
     if (!_hasEye) {
         _hasEye = true;
         _eye = eye;
-        _front.forEachDiamond([this](const LatticePoint& centre) { touch(centre); });
+        startAfresh();
         return;
     }
     if (eye == _eye)
         return;
     _travelled += glm::distance(eye, _eye);
     _eye = eye;
+    // A path so long (or infinite) that it would swallow small steps: every appointment is over.
+    if (!(_travelled < kLongestPath * _domain.edge * _stretch)) {
+        startAfresh();
+        return;
+    }
     while (!_asleep.empty() && _asleep.top().travelled <= _travelled) {
         const Wake wake = _asleep.top();
         _asleep.pop();
@@ -149,7 +172,9 @@ double Refinement::distanceTo(const Diamond& diamond) const
     const glm::dvec3 centre =
         _domain.worldFromField.point(_domain.fieldFromLattice(diamond.centre));
     const double radius = diamond.radius() * _domain.latticeUnit() * _stretch;
-    return std::max(0.0, glm::distance(centre, _eye) - radius);
+    // scaled, so that an eye however far doesn't overflow
+    const double scale = std::max({1.0, std::abs(_eye.x), std::abs(_eye.y), std::abs(_eye.z)});
+    return std::max(0.0, scale * glm::length(centre / scale - _eye / scale) - radius);
 }
 
 } // namespace isofront::hierarchy

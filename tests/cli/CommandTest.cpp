@@ -179,7 +179,7 @@ TEST_F(Command, teachesByHelp)
     }
     EXPECT_NE(run("--version").output.find("isofront 0."), std::string::npos);
     expectFailure("", 2, {"--help"});
-    expectFailure("explode proc:sphere", 2, {"--help"});
+    expectFailure("explode proc:sphere", 2, {"explode", "extract", "info"});
     expectFailure("extract proc:sphere", 2, {"--output"});
 }
 
@@ -196,11 +196,22 @@ TEST_F(Command, refusesWhatMakesNoSenseAndNamesTheRemedy)
     expectFailure(
         "extract proc:sphere -o a.ply --spacing 1 --level 3", 2, {"--spacing", "--level"});
     expectFailure("extract proc:sphere -o a.ply --max-error -1", 2, {"--max-error"});
+    for (const char* option :
+         {"--eye 1.3,0,0 --fov nan",
+          "--filter nan",
+          "--memory-limit nan",
+          "--isovalue nan",
+          "--isovalue inf",
+          "--isovalue 1e39"})
+        expectFailure("extract proc:sphere -o a.ply " + std::string(option), 2, {"number"});
+    expectFailure(
+        "extract proc:sphere -o a.ply --eye 9,0,0 --pixel-error inf", 2, {"--pixel-error"});
+    expectFailure("extract proc:sphere -o a.ply --simplify 0.1", 2, {"--simplify"});
+    expectFailure("extract '' -o a.ply", 2, {"SOURCE"});
     expectFailure("extract proc:sphere -o a.ply --eye 1,2", 2, {"--eye", "1,2"});
     expectFailure("extract proc:sphere -o a.ply --pixel-error 1", 2, {"--eye"});
     write("notes.txt", "not a volume");
     expectFailure("info notes.txt", 2, {"notes.txt", ".nrrd", ".vdb"});
-    EXPECT_TRUE(fs::directory_iterator(folder) != fs::directory_iterator());
     EXPECT_FALSE(fs::exists(folder / "a.ply"));
 }
 
@@ -271,11 +282,11 @@ TEST_F(Command, refusesWorkOverItsMemoryLimitBeforeItBegins)
 
 TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)
 {
-    for (const std::string name : {"nucleon_41x41x41_u8.nrrd", "silicium_104x40x40_u8.nrrd"})
+    for (const std::string name : {"nucleon_41x41x41_u8.nrrd"}) // does not vanish at its border
         for (const bool closed : {false, true}) {
             const Outcome outcome =
                 run("extract " + shipped(name) + (closed ? " --closed" : "") +
-                    " --isovalue 100 --json -o a.ply");
+                    " --isovalue 1 --json -o a.ply");
             ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
             const Json json = Json::parse(outcome.output);
             const PlyMesh mesh(folder / "a.ply");
@@ -291,6 +302,7 @@ TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)
             }
             const Json info =
                 Json::parse(run("info " + shipped(name) + " --json").output)["world_box"];
+            ASSERT_GT(open.size(), 100U);
             for (const auto& edge : open)
                 for (const std::uint32_t v : edge) {
                     double toBorder = HUGE_VAL;
@@ -379,6 +391,15 @@ TEST_F(Command, extractsAViewersDetailAndAnErrorBound)
     for (const auto& v : PlyMesh(folder / "b.ply").vertices)
         worst = std::max(worst, std::abs(std::hypot(v[0], v[1], v[2]) - 1.0));
     EXPECT_LT(worst, 0.001);
+}
+
+TEST_F(Command, failsIfStandardOutputTakesNothing)
+{
+    for (const std::string arguments : {"info proc:", "info proc: --json", "info proc:sphere"}) {
+        const int status =
+            std::system(("'" ISOFRONT_BINARY "' " + arguments + " >/dev/full 2>/dev/null").c_str());
+        EXPECT_EQ(WEXITSTATUS(status), 4) << arguments;
+    }
 }
 
 TEST_F(Command, makesAValidFileOfAnEmptySurfaceAndWarns)

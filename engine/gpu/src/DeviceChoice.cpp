@@ -100,7 +100,8 @@ chooseDevice(std::span<const DeviceDescription> devices, const std::string& want
     return core::failure(
         core::ErrorCode::noDevice,
         "no usable Vulkan device" + which + " (" + listed(devices) +
-            "); choose one with ISOFRONT_DEVICE, or install mesa-vulkan-drivers for a software "
+            "); choose one with --device or ISOFRONT_DEVICE, or install mesa-vulkan-drivers for a "
+            "software "
             "device");
 }
 

@@ -36,11 +36,4 @@ CellMeshPointer CellCache::take(const hierarchy::CellId& id)
     return mesh;
 }
 
-void CellCache::clear()
-{
-    _entries.clear();
-    _found.clear();
-    _bytes = 0;
-}
-
 } // namespace isofront::surface

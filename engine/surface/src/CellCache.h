@@ -23,10 +23,8 @@ public:
     void insert(const hierarchy::CellId& id, CellMeshPointer mesh);
     /// Hands the mesh over and forgets it; null if it isn't here.
     CellMeshPointer take(const hierarchy::CellId& id);
-    void clear();
 
     [[nodiscard]] std::size_t bytes() const { return _bytes; }
-    [[nodiscard]] std::size_t size() const { return _entries.size(); }
 
 private:
     struct Entry {

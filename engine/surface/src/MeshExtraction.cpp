@@ -15,7 +15,6 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -43,6 +42,11 @@ struct ExtractedCell {
     CellTrace trace;
 };
 
+std::size_t bytesOf(const ExtractedCell& cell)
+{
+    return cell.mesh.bytes() + cell.trace.borders.size() * sizeof(extractor::BorderVertex);
+}
+
 struct KeyHash {
     std::size_t operator()(const std::array<std::int64_t, 3>& key) const
     {
@@ -68,6 +72,8 @@ public:
     {
         const Detail& detail = _options.detail;
         std::optional<core::Error> error;
+        if (detail.kind == Detail::Kind::view && !detail.view.isValid())
+            return core::failure(ErrorCode::usage, "the view to extract for is not valid");
         if (detail.kind == Detail::Kind::level)
             error = refine(levelCriterion(_extractor, detail.level), {}, detail.level);
         else if (detail.kind == Detail::Kind::view)
@@ -121,19 +127,17 @@ private:
         return cells * 5 * n * n * kBytesPerTriangle;
     }
 
-    MaybeError refine(
-        std::shared_ptr<const hierarchy::Criterion> criterion,
-        const hierarchy::View& view,
-        int maxLevel)
+    MaybeError
+    refine(std::shared_ptr<const WhereSurface> criterion, const hierarchy::View& view, int maxLevel)
     {
+        _where = criterion;
         const auto start = Clock::now();
         hierarchy::Refinement refinement(
             _extractor->domain(), std::move(criterion), {.maxLevel = maxLevel});
         do {
             refinement.update(view);
             progress("finding cells", 0.0);
-            const std::size_t front = refinement.front().bytes();
-            if (auto error = overLimit(front, "finding the cells"))
+            if (auto error = overLimit(refinement.bytes() + _where->bytes(), "finding the cells"))
                 return error;
             if (auto error = interrupted())
                 return error;
@@ -161,16 +165,21 @@ private:
             const auto start = Clock::now();
             std::vector<LatticePoint> tooCoarse;
             for (const auto& [id, cell] : _cells) {
-                const hierarchy::Diamond diamond(id.spine);
-                if (diamond
-                        .level<_options.detail.level&& double(cell.mesh.stats.errorMax) * stretch>
-                            _options.detail.maxError)
+                const bool canSplit = hierarchy::Diamond(id.spine).level < _options.detail.level;
+                const double error = double(cell.mesh.stats.errorMax) * stretch;
+                if (canSplit && error > _options.detail.maxError)
                     tooCoarse.push_back(id.spine);
             }
             std::ranges::sort(tooCoarse);
             for (const LatticePoint& centre : tooCoarse)
                 _front->refine(centre);
-            std::erase_if(_cells, [&](const auto& entry) { return !_front->hasCell(entry.first); });
+            std::erase_if(_cells, [&](const auto& entry) {
+                if (_front->hasCell(entry.first))
+                    return false;
+                _bytes -= bytesOf(entry.second);
+                _result.cellsSkipped -= entry.second.mesh.stats.provedEmpty ? 1U : 0U;
+                return true;
+            });
             wanted = cellsOf(*_front);
             std::erase_if(wanted, [&](const CellId& id) { return _cells.contains(id); });
             _frontSeconds += secondsSince(start);
@@ -191,20 +200,13 @@ private:
     MaybeError extractCells(const std::vector<CellId>& ids)
     {
         // The diamonds that bounds could not prove empty are those with a surface, or nearly.
-        const WhereSurface emptiness(std::make_shared<hierarchy::UniformCriterion>(0), _extractor);
         std::size_t expected = 0;
-        for (std::size_t i = 0; i < ids.size(); ++i) {
-            if (i > 0 && ids[i].spine == ids[i - 1].spine)
-                expected += _lastEmpty ? 0U : 1U;
-            else {
-                _lastEmpty = emptiness.provesEmpty(hierarchy::Diamond(ids[i].spine));
-                expected += _lastEmpty ? 0U : 1U;
-            }
-        }
+        for (const CellId& id : ids)
+            expected += _where->provesEmpty(hierarchy::Diamond(id.spine)) ? 0U : 1U;
         if (auto error = overLimit(expectedBytes(expected), "extracting the mesh"))
             return error;
 
-        constexpr std::size_t kSlice = 4096;
+        constexpr std::size_t kSlice = 1024;
         std::vector<ExtractedCell> slice;
         for (std::size_t begin = 0; begin < ids.size(); begin += kSlice) {
             if (auto error = interrupted())
@@ -226,8 +228,7 @@ private:
                 _result.sampleSeconds += cell.trace.sampleSeconds;
                 _result.contourSeconds += cell.trace.contourSeconds;
                 _result.normalSeconds += cell.trace.normalSeconds;
-                _bytes +=
-                    cell.mesh.bytes() + cell.trace.borders.size() * sizeof(extractor::BorderVertex);
+                _bytes += bytesOf(cell);
                 _cells.emplace(cell.id, std::move(cell));
             }
             if (auto error = overLimit(_bytes, "the meshes of the cells"))
@@ -315,10 +316,10 @@ private:
     std::shared_ptr<const extractor::CellExtractor> _extractor;
     core::Jobs& _jobs;
     const MeshExtractionOptions& _options;
+    std::shared_ptr<const WhereSurface> _where; ///< the last criterion, for what it knows
     std::optional<hierarchy::Front> _front;
     std::unordered_map<CellId, ExtractedCell, CellIdHash> _cells;
     std::size_t _bytes = 0;
-    bool _lastEmpty = false;
     double _frontSeconds = 0;
     ExtractedMesh _result;
 };

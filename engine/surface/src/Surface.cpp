@@ -116,9 +116,12 @@ public:
 
     Delta update(const hierarchy::View& view, const UpdateBudget& budget)
     {
+        // an hour is as good as no limit, and fits the clock; NaN is no time at all
+        const double milliseconds =
+            budget.milliseconds > 0 ? std::min(budget.milliseconds, 3.6e6) : 0.0;
         const auto deadline =
             Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                               std::chrono::duration<double, std::milli>(budget.milliseconds));
+                               std::chrono::duration<double, std::milli>(milliseconds));
         hierarchy::RefinementBudget work;
         work.deadline = deadline;
         if (!view.isValid()) {
@@ -127,18 +130,17 @@ public:
         }
         follow(view);
         const auto changes = _refinement.update(view, work);
-        _view = view;
+        setView(view);
 
+        // first what is there, so that it isn't asked for again
+        DeltaBuilder delta;
+        receive(delta);
         std::vector<ExtractionQueue::Request> requests;
         for (const CellId& id : _rootMissing)
             requests.push_back({id, std::numeric_limits<double>::max()});
-        for (const hierarchy::FrontChange& change : changes)
-            plan(change, requests);
+        plan(changes, requests);
         reorder(requests);
-        if (!requests.empty())
-            _queue.request(requests);
-
-        DeltaBuilder delta;
+        request(requests);
         receive(delta);
         commitReady(delta, deadline);
         return finish(delta);
@@ -154,10 +156,14 @@ public:
             return {};
         }
         follow(view);
+        // the background would do the same work again
+        std::vector<CellId> underExtraction;
+        for (const auto& [id, centre] : _owner)
+            underExtraction.push_back(id);
+        _queue.cancel(underExtraction);
         std::vector<ExtractionQueue::Request> requests;
         do
-            for (const hierarchy::FrontChange& change : _refinement.update(view))
-                plan(change, requests);
+            plan(_refinement.update(view), requests);
         while (!_refinement.isSettled() && !stop.stop_requested());
 
         std::unordered_map<CellId, CellMeshPointer, CellIdHash> underWay;
@@ -189,7 +195,9 @@ public:
                 for (Job& job : work)
                     if (job.mesh)
                         _cache.insert(job.id, std::move(job.mesh));
-                _queue.request(requests);
+                for (const auto& [id, centre] : _owner)
+                    requests.push_back({id, _operations.at(centre).urgency});
+                request(requests);
                 return {};
             }
             if (progress)
@@ -215,6 +223,10 @@ public:
         stale.insert(stale.end(), _rootMissing.begin(), _rootMissing.end());
         _queue.cancel(stale);
         _queue.takeFinished();
+        for (auto& [centre, operation] : _operations)
+            for (std::size_t i = 0; i < operation.cells.size(); ++i)
+                if (operation.meshes[i] && !_refinement.front().hasCell(operation.cells[i]))
+                    _cache.insert(operation.cells[i], std::move(operation.meshes[i]));
         _operations.clear();
         _owner.clear();
         _ready.clear();
@@ -233,7 +245,7 @@ public:
         for (Job& job : work)
             show(job.id, std::move(job.mesh), delta);
         _rootShown = true;
-        _view = view;
+        setView(view);
         if (progress)
             progress(1.0);
         return finish(delta);
@@ -277,11 +289,61 @@ private:
         if (view.pixelsPerUnit() == _pixelsPerUnit)
             return;
         _pixelsPerUnit = view.pixelsPerUnit();
-        _refinement.setCriterion(viewCriterion(_extractor, _pixelsPerUnit, _options.pixelError));
+        _criterion =
+            viewCriterion(_extractor, _pixelsPerUnit, _options.pixelError, _criterion.get());
+        _refinement.setCriterion(_criterion);
     }
 
-    /// Turns a step of the wanted front into an operation on the shown one, or takes one back.
-    void plan(const hierarchy::FrontChange& change, std::vector<ExtractionQueue::Request>& requests)
+    void setView(const hierarchy::View& view)
+    {
+        const auto isSame = [&](const hierarchy::View& a, const hierarchy::View& b) {
+            return a.eye == b.eye && a.forward == b.forward &&
+                   a.verticalFieldOfView == b.verticalFieldOfView && a.width == b.width &&
+                   a.height == b.height;
+        };
+        if (!isSame(view, _view))
+            _stillToReorder = true;
+        _view = view;
+    }
+
+    /// Asks for those cells that are still waited for: what was planned may have been dropped.
+    void request(std::vector<ExtractionQueue::Request>& requests)
+    {
+        std::erase_if(requests, [&](const ExtractionQueue::Request& wanted) {
+            return !_owner.contains(wanted.id) &&
+                   std::ranges::find(_rootMissing, wanted.id) == _rootMissing.end();
+        });
+        if (!requests.empty())
+            _queue.request(requests);
+    }
+
+    /// Turns the steps of the wanted front into operations on the shown one. A split that is made
+    /// only because others need it is as urgent as the most urgent of those.
+    void plan(
+        const std::vector<hierarchy::FrontChange>& changes,
+        std::vector<ExtractionQueue::Request>& requests)
+    {
+        std::unordered_map<LatticePoint, double, LatticePointHash> needed;
+        std::vector<double> urgency(changes.size());
+        for (std::size_t i = changes.size(); i-- > 0;) {
+            const auto& [diamond, split] = changes[i];
+            urgency[i] = urgencyOf(diamond, split);
+            if (!split)
+                continue;
+            if (const auto found = needed.find(diamond); found != needed.end())
+                urgency[i] = std::max(urgency[i], found->second);
+            for (const LatticePoint& parent : parentsOf(Diamond(diamond)))
+                needed[parent] = std::max(needed[parent], urgency[i]);
+        }
+        for (std::size_t i = 0; i < changes.size(); ++i)
+            plan(changes[i], urgency[i], requests);
+    }
+
+    /// Turns one step into an operation, or takes the opposite one back.
+    void plan(
+        const hierarchy::FrontChange& change,
+        double urgency,
+        std::vector<ExtractionQueue::Request>& requests)
     {
         if (const auto found = _operations.find(change.diamond); found != _operations.end()) {
             ISOFRONT_ASSERT(found->second.split != change.split, "the front changed twice alike");
@@ -294,7 +356,7 @@ private:
         operation.split = change.split;
         operation.cells = change.split ? halvesOf(change.diamond) : wholesOf(change.diamond);
         operation.meshes.resize(operation.cells.size());
-        operation.urgency = urgencyOf(change.diamond, change.split);
+        operation.urgency = urgency;
         for (std::size_t i = 0; i < operation.cells.size(); ++i) {
             operation.meshes[i] = _cache.take(operation.cells[i]);
             if (operation.meshes[i]) {
@@ -329,7 +391,8 @@ private:
 
     [[nodiscard]] double urgencyOf(const LatticePoint& centre, bool split) const
     {
-        const double urgency = split ? _refinement.urgency(centre) : kMergeUrgency;
+        // where there is nothing to see, a split is made for others' sake alone
+        const double urgency = split ? std::max(_refinement.urgency(centre), 0.0) : kMergeUrgency;
         return isInView(Diamond(centre)) ? urgency : urgency * kOffScreen;
     }
 
@@ -355,21 +418,21 @@ private:
     /// Looks again at how urgent the operations under way are, some of them in each update.
     void reorder(std::vector<ExtractionQueue::Request>& requests)
     {
-        if (_operations.empty() || _view.eye == _reorderedFor)
-            return;
-        _reorderedFor = _view.eye;
+        if (_stillToReorder) {
+            _bucketsToReorder = _operations.bucket_count();
+            _stillToReorder = false;
+        }
         std::size_t looked = 0;
         const std::size_t buckets = _operations.bucket_count();
-        for (std::size_t step = 0; step < buckets && looked < kMostReordered; ++step) {
+        for (; _bucketsToReorder > 0 && looked < kMostReordered; --_bucketsToReorder) {
             _nextBucket = (_nextBucket + 1) % buckets;
             for (auto it = _operations.begin(_nextBucket); it != _operations.end(_nextBucket);
                  ++it) {
                 Operation& operation = it->second;
                 ++looked;
-                if (operation.missing == 0)
-                    continue;
                 const double urgency = urgencyOf(it->first, operation.split);
-                if (std::abs(urgency - operation.urgency) < 0.1 * operation.urgency)
+                if (operation.missing == 0 || urgency <= 0 ||
+                    std::abs(urgency - operation.urgency) < 0.1 * operation.urgency)
                     continue;
                 operation.urgency = urgency;
                 for (std::size_t i = 0; i < operation.cells.size(); ++i)
@@ -513,7 +576,9 @@ private:
     hierarchy::View _view;
     bool _hasView = false;
     double _pixelsPerUnit = 0;
-    glm::dvec3 _reorderedFor{std::numeric_limits<double>::quiet_NaN()};
+    std::shared_ptr<const WhereSurface> _criterion; ///< of the view's resolution
+    bool _stillToReorder = false;
+    std::size_t _bucketsToReorder = 0;
     std::size_t _nextBucket = 0;
     SurfaceStats _stats;
     std::uint64_t _version = 0;

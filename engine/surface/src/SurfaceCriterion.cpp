@@ -25,7 +25,7 @@ double WhereSurface::refineDistance(const hierarchy::Diamond& diamond) const
 
 bool WhereSurface::provesEmpty(const hierarchy::Diamond& diamond) const
 {
-    if (const auto found = _known.find(diamond.centre); found != _known.end())
+    if (const auto found = _known->find(diamond.centre); found != _known->end())
         return found->second;
     // a diamond fills part of the cube of half edge h around its centre, cut by the domain
     const hierarchy::Domain& domain = _extractor->domain();
@@ -38,26 +38,33 @@ bool WhereSurface::provesEmpty(const hierarchy::Diamond& diamond) const
         box.high[axis] = domain.origin[axis] + domain.latticeUnit() * high;
     }
     const bool empty = _extractor->provesEmpty(box);
-    if (_known.size() >= kMostKnown)
-        _known.clear();
-    _known.emplace(diamond.centre, empty);
+    if (_known->size() >= kMostKnown)
+        _known->clear();
+    _known->emplace(diamond.centre, empty);
     return empty;
 }
 
-std::shared_ptr<const hierarchy::Criterion> viewCriterion(
+std::size_t WhereSurface::bytes() const
+{
+    return _known->size() * (sizeof(Known::value_type) + 3 * sizeof(void*));
+}
+
+std::shared_ptr<const WhereSurface> viewCriterion(
     const std::shared_ptr<const extractor::CellExtractor>& extractor,
     double pixelsPerUnit,
-    double pixels)
+    double pixels,
+    const WhereSurface* known)
 {
     const auto estimate = [extractor](const hierarchy::Diamond& diamond) {
         return expectedError(diamond.level, extractor->settings().latticeSize, extractor->domain());
     };
     return std::make_shared<WhereSurface>(
         std::make_shared<hierarchy::ProjectedErrorCriterion>(estimate, pixelsPerUnit, pixels),
-        extractor);
+        extractor,
+        known);
 }
 
-std::shared_ptr<const hierarchy::Criterion>
+std::shared_ptr<const WhereSurface>
 levelCriterion(const std::shared_ptr<const extractor::CellExtractor>& extractor, int level)
 {
     return std::make_shared<WhereSurface>(

@@ -35,8 +35,8 @@ struct Samples {
         const ExtractionSettings& settings);
 };
 
-/// Makes values finite, in place: NaN becomes the lowest value, which is outside for any isovalue;
-/// what exceeds FLT_MAX / 4 is clamped, so that no difference overflows.
+/// Makes values finite, in place: NaN becomes the lowest value, which is outside for every isovalue
+/// above -FLT_MAX / 4; what exceeds FLT_MAX / 4 is clamped, so that no difference overflows.
 /// @return how many values were changed
 std::uint32_t sanitise(std::vector<float>& values);
 

@@ -60,6 +60,8 @@ public:
     [[nodiscard]] bool isSettled() const { return _hasEye && _due.empty(); }
     [[nodiscard]] const Front& front() const { return _front; }
     [[nodiscard]] const Domain& domain() const { return _domain; }
+    /// Memory held by the front and by what remembers when to look again, about [bytes].
+    [[nodiscard]] std::size_t bytes() const;
     [[nodiscard]] std::uint64_t refusedViews() const { return _refusedViews; }
 
     /// How badly a diamond wants to be split: its refinement distance over its distance from the
@@ -81,6 +83,8 @@ private:
     };
 
     void moveTo(const glm::dvec3& eye);
+    /// Forgets all appointments and looks at everything again.
+    void startAfresh();
     void test(const LatticePoint& centre, std::vector<FrontChange>& changes);
     /// Queues a diamond to be looked at as soon as the budget allows.
     void touch(const LatticePoint& centre);

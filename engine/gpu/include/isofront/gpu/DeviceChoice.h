@@ -12,7 +12,7 @@ namespace isofront::gpu {
 
 enum class DeviceKind { discrete, integrated, virtualised, cpu, other };
 
-/// A Vulkan device of this machine, as `isofront info` lists it.
+/// A Vulkan device of this machine, usable or not.
 struct DeviceDescription {
     std::string name;
     std::string driver; ///< name and version of the driver

@@ -22,32 +22,41 @@ double expectedError(int level, int latticeSize, const hierarchy::Domain& domain
 /// Thread: one at a time.
 class WhereSurface final : public hierarchy::Criterion {
 public:
+    /// @param known  if not null, another one of the same extractor, whose knowledge is shared
     WhereSurface(
         std::shared_ptr<const hierarchy::Criterion> criterion,
-        std::shared_ptr<const extractor::CellExtractor> extractor)
-        : _criterion(std::move(criterion)), _extractor(std::move(extractor))
+        std::shared_ptr<const extractor::CellExtractor> extractor,
+        const WhereSurface* known = nullptr)
+        : _criterion(std::move(criterion)), _extractor(std::move(extractor)),
+          _known(known != nullptr ? known->_known : std::make_shared<Known>())
     {
     }
 
     [[nodiscard]] double refineDistance(const hierarchy::Diamond& diamond) const override;
     [[nodiscard]] bool provesEmpty(const hierarchy::Diamond& diamond) const;
+    /// Memory held by what is known, about [bytes].
+    [[nodiscard]] std::size_t bytes() const;
 
 private:
+    using Known = std::unordered_map<hierarchy::LatticePoint, bool, hierarchy::LatticePointHash>;
+
     std::shared_ptr<const hierarchy::Criterion> _criterion;
     std::shared_ptr<const extractor::CellExtractor> _extractor;
     /// A diamond is asked about again and again as the viewer moves; bounds cost far more than
     /// this.
-    mutable std::unordered_map<hierarchy::LatticePoint, bool, hierarchy::LatticePointHash> _known;
+    std::shared_ptr<Known> _known;
 };
 
 /// The criterion of a view: the expected error, projected, is at most `pixels`.
-std::shared_ptr<const hierarchy::Criterion> viewCriterion(
+/// @param known  if not null, an earlier one of the same extractor, whose knowledge is shared
+std::shared_ptr<const WhereSurface> viewCriterion(
     const std::shared_ptr<const extractor::CellExtractor>& extractor,
     double pixelsPerUnit,
-    double pixels);
+    double pixels,
+    const WhereSurface* known = nullptr);
 
 /// One level wherever there may be a surface.
-std::shared_ptr<const hierarchy::Criterion>
+std::shared_ptr<const WhereSurface>
 levelCriterion(const std::shared_ptr<const extractor::CellExtractor>& extractor, int level);
 
 } // namespace isofront::surface
