@@ -110,7 +110,7 @@ TEST(Border, hasNoCrackAtTheDeepestLevels)
         hierarchy::Front front;
         front.refine(cell.spineCentre());
         const hierarchy::Domain domain{offsetOf(6.4e6), 1.34e7};
-        // signs by the integer position, since neighbouring samples are no longer distinct numbers
+        // down to 6 mm at the distance of the earth's radius
         const CellExtractor extractor(
             closedRandomField(domain, 3, false), domain, {.latticeSize = 1, .filterStrength = 0});
         const tests::GlobalMesh mesh = tests::extractFront(front, extractor);

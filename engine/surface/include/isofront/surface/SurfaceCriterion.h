@@ -8,8 +8,9 @@
 
 namespace isofront::surface {
 
-/// How far a mesh lies from the surface it stands for, as a share of the lattice's axis step: what
-/// detail is chosen by before anything is extracted. Measured on the terrain presets: see
+/// The distance between mesh and unfiltered surface to expect (root of the mean square), as a share
+/// of the lattice's axis step: what detail is chosen by before anything is extracted. Measured on
+/// the terrain presets, 0.10 to 0.17 unfiltered and 0.25 to 0.38 filtered: see
 /// docs/measurements.md.
 inline constexpr double kErrorPerStep = 0.25;
 
