@@ -48,4 +48,39 @@ void Field::gradient(const SampleBatch& batch, GradientSpans gradients) const
     }
 }
 
+void Field::sampleWithGradient(
+    const SampleBatch& batch, std::span<float> values, GradientSpans gradients) const
+{
+    sample(batch, values);
+    gradient(batch, gradients);
+}
+
+void Field::sampleGrid(const SampleGrid& grid, std::span<float> values) const
+{
+    // Row after row, so that the scratch stays in cache.
+    const auto length = static_cast<std::size_t>(grid.count.x);
+    std::vector<double> x(length);
+    std::vector<double> y(length);
+    std::vector<double> z(length);
+    const std::vector<double> radius(length, grid.radius);
+    const auto at = [&](std::size_t axis, std::int64_t i) {
+        return grid.origin[axis] + grid.spacing * static_cast<double>(grid.first[axis] + i);
+    };
+    for (std::size_t i = 0; i < length; ++i)
+        x[i] = at(0, static_cast<std::int64_t>(i));
+    for (std::int64_t k = 0; k < grid.count.z; ++k) {
+        std::ranges::fill(z, at(2, k));
+        for (std::int64_t j = 0; j < grid.count.y; ++j) {
+            std::ranges::fill(y, at(1, j));
+            const auto row = static_cast<std::size_t>(k * grid.count.y + j);
+            sample({x, y, z, radius}, values.subspan(row * length, length));
+        }
+    }
+}
+
+void Field::attributes(const SampleBatch& /*batch*/, std::span<std::uint32_t> words) const
+{
+    std::ranges::fill(words, 0U);
+}
+
 } // namespace isofront::fields

@@ -2,7 +2,11 @@
 
 #include <isofront/core/Box.h>
 
+#include <glm/ext/vector_int3_sized.hpp>
+#include <glm/vec3.hpp>
+
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 
@@ -15,6 +19,22 @@ struct SampleBatch {
     std::span<const double> radius = {};
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
+};
+
+/// Points of an axis-aligned grid: point (i, j, k) lies at `origin + spacing * (first + (i, j,
+/// k))`, computed so, in double. Blocks of one grid share `origin` and `spacing` and differ in
+/// `first`.
+struct SampleGrid {
+    glm::dvec3 origin{0.0}; ///< [field]
+    double spacing = 1;     ///< [field], > 0
+    glm::i64vec3 first{0};  ///< index of the first point
+    glm::i64vec3 count{1};  ///< points along each axis, each >= 0
+    double radius = 0;      ///< filter radius of all of them [field], >= 0
+
+    [[nodiscard]] std::size_t size() const
+    {
+        return static_cast<std::size_t>(count.x * count.y * count.z);
+    }
 };
 
 /// Where gradients go, as structure of arrays; as long as the batch [field units / field].
@@ -46,6 +66,22 @@ public:
     /// The gradient at each point. By default central differences of six samples along the axes, at
     /// the point's own radius, with `differenceStep()`.
     virtual void gradient(const SampleBatch& batch, GradientSpans gradients) const;
+
+    /// Value and gradient together, each as `sample` and `gradient` give it.
+    virtual void sampleWithGradient(
+        const SampleBatch& batch, std::span<float> values, GradientSpans gradients) const;
+
+    /// The value at each point of a grid, x fastest, then y. A point's value doesn't depend on the
+    /// block that it is asked for in; it may differ from that of `sample` by rounding.
+    /// @param values  as long as the grid
+    virtual void sampleGrid(const SampleGrid& grid, std::span<float> values) const;
+
+    /// True if `attributes` has something to say.
+    [[nodiscard]] virtual bool hasAttributes() const { return false; }
+    /// One word a point: a colour or a material, whatever the field means by it. Never
+    /// interpolated. By default 0.
+    /// @param words  as long as the batch
+    virtual void attributes(const SampleBatch& batch, std::span<std::uint32_t> words) const;
 
     /// An interval that holds every value that `sample` can give at a point of the box with a
     /// radius in the interval, NaN excepted. Never too narrow; as tight as is cheap. What it
