@@ -1,6 +1,9 @@
 #include "isofront/extractor/CellExtractor.h"
 
 #include "CellGeometry.h"
+#include "ErrorEstimate.h"
+#include "Normals.h"
+#include "RoughMesh.h"
 #include "Samples.h"
 #include "isofront/extractor/MarchingCubesTable.h"
 
@@ -22,8 +25,6 @@ namespace {
 /// Crossings stay this far from both ends of their edge, or the snap would make triangles without
 /// area where samples equal the isovalue.
 constexpr double kClamp = 1.0 / 64.0;
-constexpr std::uint16_t kNoVertex = std::numeric_limits<std::uint16_t>::max();
-
 using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start)
@@ -31,27 +32,13 @@ double secondsSince(Clock::time_point start)
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// A mesh vertex while its cell is being made.
-struct RoughVertex {
-    hierarchy::GridPoint position{};
-    double radius = 0;        ///< filter radius there, already scaled [field]
-    glm::dvec3 fallback{0.0}; ///< normal where the field has no gradient
-    std::array<std::int64_t, 3> key{};
-    bool border = false;
-    bool cap = false;
-    bool wall =
-        false; ///< a lattice point of a cap on the domain's wall, whose normal is `fallback`
-};
-
 /// What a worker reuses from cell to cell.
 struct Scratch {
     Samples samples;
-    std::vector<RoughVertex> vertices;
+    RoughMesh mesh;
     std::vector<std::uint16_t> vertexOfEdge;
     std::vector<std::uint16_t> vertexOfPoint;
-    std::vector<std::uint16_t> indices;
-    std::vector<double> x, y, z, radius, gx, gy, gz;
-    std::vector<float> value;
+    PointColumns points;
 };
 
 /// Makes the triangles of one cell from its samples.
@@ -66,8 +53,8 @@ public:
         : _geometry(geometry), _mesh(mesh), _settings(settings), _hasDataBox(hasDataBox),
           _scratch(scratch), _samples(scratch.samples)
     {
-        _scratch.vertices.clear();
-        _scratch.indices.clear();
+        _scratch.mesh.vertices.clear();
+        _scratch.mesh.indices.clear();
         _scratch.vertexOfEdge.assign(mesh.edges.size(), kNoVertex);
     }
 
@@ -161,7 +148,7 @@ private:
         for (std::size_t axis = 0; axis < 3; ++axis)
             vertex.key[axis] =
                 static_cast<std::int64_t>(a[axis]) + static_cast<std::int64_t>(b[axis]);
-        vertex.border = feature != 0;
+        vertex.feature = feature;
         vertex.cap = cap;
         return _scratch.vertexOfEdge[edge] = push(vertex);
     }
@@ -183,7 +170,7 @@ private:
             vertex.key[axis] = 2 * static_cast<std::int64_t>(p[axis]);
         }
         vertex.fallback = glm::normalize(outward);
-        vertex.border = true;
+        vertex.feature = _mesh.vertexFeature[point];
         vertex.cap = true;
         vertex.wall = true;
         return known = push(vertex);
@@ -225,19 +212,19 @@ private:
     std::uint16_t push(const RoughVertex& vertex)
     {
         ISOFRONT_ASSERT(
-            _scratch.vertices.size() < kNoVertex, "16-bit indices suffice up to n = 16");
-        _scratch.vertices.push_back(vertex);
-        return static_cast<std::uint16_t>(_scratch.vertices.size() - 1);
+            _scratch.mesh.vertices.size() < kNoVertex, "16-bit indices suffice up to n = 16");
+        _scratch.mesh.vertices.push_back(vertex);
+        return static_cast<std::uint16_t>(_scratch.mesh.vertices.size() - 1);
     }
 
     void emit(std::uint16_t a, std::uint16_t b, std::uint16_t c)
     {
-        const auto& v = _scratch.vertices;
+        const auto& v = _scratch.mesh.vertices;
         if (!_settings.closed && v[a].cap && v[b].cap && v[c].cap)
             return;
         if (_geometry.mirrored)
             std::swap(b, c);
-        _scratch.indices.insert(_scratch.indices.end(), {a, b, c});
+        _scratch.mesh.indices.insert(_scratch.mesh.indices.end(), {a, b, c});
     }
 
     const CellGeometry& _geometry;
@@ -247,142 +234,6 @@ private:
     Scratch& _scratch;
     const Samples& _samples;
 };
-
-/// Drops the vertices that no triangle uses, and keeps the order of first use.
-void compact(Scratch& scratch)
-{
-    std::vector<std::uint16_t> renamed(scratch.vertices.size(), kNoVertex);
-    std::vector<RoughVertex> kept;
-    kept.reserve(scratch.vertices.size());
-    for (std::uint16_t& index : scratch.indices) {
-        if (renamed[index] == kNoVertex) {
-            renamed[index] = static_cast<std::uint16_t>(kept.size());
-            kept.push_back(scratch.vertices[index]);
-        }
-        index = renamed[index];
-    }
-    scratch.vertices.swap(kept);
-}
-
-/// Outward normals at the snapped positions, from the field's gradient at the vertices' own radii.
-void computeNormals(
-    const fields::Field& field,
-    const hierarchy::Domain& domain,
-    const std::optional<core::Box>& dataBox,
-    const ExtractionSettings& settings,
-    Scratch& scratch,
-    CellMesh& mesh)
-{
-    const std::size_t count = scratch.vertices.size();
-    for (auto* column :
-         {&scratch.x,
-          &scratch.y,
-          &scratch.z,
-          &scratch.radius,
-          &scratch.gx,
-          &scratch.gy,
-          &scratch.gz})
-        column->resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        const glm::dvec3 p = domain.fieldFromGrid(scratch.vertices[i].position);
-        scratch.x[i] = p.x;
-        scratch.y[i] = p.y;
-        scratch.z[i] = p.z;
-        scratch.radius[i] = scratch.vertices[i].radius;
-    }
-    const std::span<const double> radius = settings.filterStrength > 0
-                                               ? std::span<const double>(scratch.radius)
-                                               : std::span<const double>();
-    field.gradient({scratch.x, scratch.y, scratch.z, radius}, {scratch.gx, scratch.gy, scratch.gz});
-
-    for (std::size_t i = 0; i < count; ++i) {
-        const RoughVertex& vertex = scratch.vertices[i];
-        glm::dvec3 normal = vertex.fallback;
-        if (vertex.cap && !vertex.wall && settings.closed) {
-            // the border of the data that is nearest faces outward
-            const glm::dvec3 p(scratch.x[i], scratch.y[i], scratch.z[i]);
-            const glm::dvec3 below = p - dataBox->low;
-            const glm::dvec3 above = dataBox->high - p;
-            double least = std::numeric_limits<double>::infinity();
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                for (const double distance : {below[axis], above[axis]})
-                    if (distance < least) {
-                        least = distance;
-                        normal = glm::dvec3(0.0);
-                        normal[axis] = distance == below[axis] ? -1.0 : 1.0;
-                    }
-        } else if (!vertex.wall) {
-            const glm::dvec3 gradient(scratch.gx[i], scratch.gy[i], scratch.gz[i]);
-            const double largest =
-                std::max({std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)});
-            // scaled first: the square of a small gradient must not vanish
-            if (largest > 0 && std::isfinite(largest))
-                normal = glm::normalize(-gradient / largest);
-        }
-        mesh.vertices[i].normal = octahedral(normal);
-    }
-}
-
-/// Distance of the triangles' centres from the surface, by one Newton step of the unfiltered field.
-void estimateError(
-    const fields::Field& field,
-    const hierarchy::Domain& domain,
-    const ExtractionSettings& settings,
-    Scratch& scratch,
-    CellMesh& mesh)
-{
-    constexpr std::size_t kMost = 128;
-    const std::size_t triangles = scratch.indices.size() / 3;
-    const std::size_t stride = (triangles + kMost - 1) / kMost;
-    // scratch holds as many places as there are vertices, which may be fewer than triangles
-    for (auto* column : {&scratch.x, &scratch.y, &scratch.z, &scratch.gx, &scratch.gy, &scratch.gz})
-        column->resize(std::max(column->size(), kMost));
-    std::size_t count = 0;
-    for (std::size_t t = 0; t < triangles; t += stride) {
-        glm::dvec3 centre(0.0);
-        bool cap = true;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const RoughVertex& vertex = scratch.vertices[scratch.indices[3 * t + k]];
-            centre += domain.fieldFromGrid(vertex.position) / 3.0;
-            cap = cap && vertex.cap;
-        }
-        if (cap)
-            continue; // exact
-        scratch.x[count] = centre.x;
-        scratch.y[count] = centre.y;
-        scratch.z[count] = centre.z;
-        ++count;
-    }
-    if (count == 0)
-        return;
-    scratch.value.resize(count);
-    const fields::SampleBatch batch{
-        std::span(scratch.x).first(count),
-        std::span(scratch.y).first(count),
-        std::span(scratch.z).first(count)};
-    field.sample(batch, scratch.value);
-    field.gradient(
-        batch,
-        {std::span(scratch.gx).first(count),
-         std::span(scratch.gy).first(count),
-         std::span(scratch.gz).first(count)});
-    sanitise(scratch.value);
-    double sum = 0;
-    double most = 0;
-    const double cellSize =
-        std::ldexp(domain.gridUnit(), mesh.exponent + 14) / settings.latticeSize;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double slope = std::hypot(scratch.gx[i], scratch.gy[i], scratch.gz[i]);
-        const double residual = std::abs(double(scratch.value[i]) - settings.isovalue);
-        // a Newton step beyond a lattice edge says only that the surface is about that far
-        double error = slope > 0 ? residual / slope : cellSize;
-        error = std::isfinite(error) ? std::min(error, cellSize) : cellSize;
-        sum += error * error;
-        most = std::max(most, error);
-    }
-    mesh.stats.errorRms = static_cast<float>(std::sqrt(sum / static_cast<double>(count)));
-    mesh.stats.errorMax = static_cast<float>(most);
-}
 
 /// The box of a cell's sample points, by the very expression that places them, so that it holds
 /// them whatever the rounding.
@@ -506,12 +357,12 @@ std::optional<CellMesh> CellExtractor::extract(
     contour.march();
     if (mayCap)
         contour.capWalls(cell);
-    compact(scratch);
+    scratch.mesh.compact();
     const hierarchy::GridPoint corner = hierarchy::gridFromLattice(geometry.low);
-    result.vertices.resize(scratch.vertices.size());
-    result.indices.assign(scratch.indices.begin(), scratch.indices.end());
-    for (std::size_t i = 0; i < scratch.vertices.size(); ++i) {
-        const RoughVertex& rough = scratch.vertices[i];
+    result.vertices.resize(scratch.mesh.vertices.size());
+    result.indices.assign(scratch.mesh.indices.begin(), scratch.mesh.indices.end());
+    for (std::size_t i = 0; i < scratch.mesh.vertices.size(); ++i) {
+        const RoughVertex& rough = scratch.mesh.vertices[i];
         CellVertex& vertex = result.vertices[i];
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const std::int64_t local = (rough.position[axis] - corner[axis]) >> result.exponent;
@@ -519,8 +370,8 @@ std::optional<CellMesh> CellExtractor::extract(
             vertex.position[axis] = static_cast<std::uint16_t>(local);
         }
         vertex.flags = static_cast<std::uint16_t>(
-            (rough.border ? CellVertex::border : 0) | (rough.cap ? CellVertex::cap : 0));
-        if (trace != nullptr && rough.border)
+            (rough.isBorder() ? CellVertex::border : 0) | (rough.cap ? CellVertex::cap : 0));
+        if (trace != nullptr && rough.isBorder())
             trace->borders.push_back({static_cast<std::uint16_t>(i), rough.key});
     }
     if (trace != nullptr)
@@ -529,9 +380,12 @@ std::optional<CellMesh> CellExtractor::extract(
         return std::nullopt;
 
     start = Clock::now();
-    computeNormals(*_field, _domain, _dataBox, _settings, scratch, result);
-    if (_settings.estimateError && !scratch.indices.empty())
-        estimateError(*_field, _domain, _settings, scratch, result);
+    PointColumns& points = scratch.points;
+    setNormals(*_field, _domain, _dataBox, _settings, scratch.mesh, points, result);
+    if (_settings.attributes && _field->hasAttributes())
+        setAttributes(*_field, _domain, _settings, scratch.mesh, points, result);
+    if (_settings.estimateError && !scratch.mesh.indices.empty())
+        estimateError(*_field, _domain, _settings, scratch.mesh, points, result);
     if (trace != nullptr)
         trace->normalSeconds += secondsSince(start);
     return result;

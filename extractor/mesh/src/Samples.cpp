@@ -13,7 +13,7 @@ constexpr float kHuge = std::numeric_limits<float>::max() / 4;
 
 } // namespace
 
-std::uint32_t sanitise(std::vector<float>& values)
+std::uint32_t sanitise(std::span<float> values)
 {
     std::uint32_t changed = 0;
     for (float& value : values) {

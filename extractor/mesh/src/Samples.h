@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace isofront::extractor {
@@ -38,6 +39,6 @@ struct Samples {
 /// Makes values finite, in place: NaN becomes the lowest value, which is outside for every isovalue
 /// above -FLT_MAX / 4; what exceeds FLT_MAX / 4 is clamped, so that no difference overflows.
 /// @return how many values were changed
-std::uint32_t sanitise(std::vector<float>& values);
+std::uint32_t sanitise(std::span<float> values);
 
 } // namespace isofront::extractor

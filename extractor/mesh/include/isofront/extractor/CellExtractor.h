@@ -15,6 +15,13 @@
 
 namespace isofront::extractor {
 
+/// Where normals come from. All of them see the field at the vertex's own filter radius.
+enum class NormalSource {
+    analytic,    ///< the field's own gradient; six samples for fields that have none
+    sixSamples,  ///< central differences along the axes: an error of second order in the step
+    fourSamples, ///< corners of a tetrahedron: two thirds of the cost, an error of first order
+};
+
 /// How cells are made into triangles. One set of values for all cells that are to fit together.
 struct ExtractionSettings {
     /// n: lattice segments along an edge of a hexahedron; 4, 8 or 16 (1 and 2 are for tests). Time
@@ -32,6 +39,9 @@ struct ExtractionSettings {
     bool closed = false;
     /// Don't sample cells that the field's bounds prove empty. The meshes are the same either way.
     bool skipEmptyCells = true;
+    NormalSource normals = NormalSource::analytic;
+    /// Ask the field for its words at the vertices, if it has any: CellMesh::attributes.
+    bool attributes = false;
     /// Fill in CellStats::errorRms and errorMax, at a cost of about a tenth.
     bool estimateError = false;
 };

@@ -44,13 +44,16 @@ struct CellMesh {
     std::vector<CellVertex> vertices;
     /// Three a triangle, counter-clockwise seen from outside in field space.
     std::vector<std::uint16_t> indices;
+    /// What the field says of each vertex, a colour or a material, at the vertex's own radius;
+    /// empty unless asked for. Never interpolated.
+    std::vector<std::uint32_t> attributes;
     CellStats stats;
 
     [[nodiscard]] std::size_t triangleCount() const { return indices.size() / 3; }
     [[nodiscard]] std::size_t bytes() const
     {
         return sizeof(CellMesh) + vertices.size() * sizeof(CellVertex) +
-               indices.size() * sizeof(std::uint16_t);
+               indices.size() * sizeof(std::uint16_t) + attributes.size() * sizeof(std::uint32_t);
     }
     /// Where a vertex lies, exactly.
     [[nodiscard]] hierarchy::GridPoint gridPosition(const CellVertex& vertex) const
