@@ -169,13 +169,33 @@ DiamondTetrahedra tetrahedraOf(const Diamond& diamond)
 
 CellId cellIdOf(const Tetrahedron& tetrahedron)
 {
+    // The index follows from which way the corners lead, in the order of `tetrahedraOf`.
+    const auto& corner = tetrahedron.corner;
     const LatticePoint centre = tetrahedron.spineCentre();
-    const DiamondTetrahedra all = tetrahedraOf(Diamond(centre));
-    for (std::size_t i = 0; i < all.size(); ++i)
-        if (all.tetrahedron(i) == tetrahedron)
-            return {centre, all.index(i)};
-    ISOFRONT_ASSERT(false, "the tetrahedron is not one of the hierarchy");
-    return {centre, 0};
+    const auto axisBetween = [](const LatticePoint& a, const LatticePoint& b) -> unsigned {
+        return a.x != b.x ? 0 : a.y != b.y ? 1 : 2;
+    };
+    unsigned index = 0;
+    if (tetrahedron.level % 3 == 0) {
+        const unsigned first = axisBetween(corner[0], corner[1]);
+        const unsigned second = axisBetween(corner[1], corner[2]);
+        index = 2 * first + (second == (first == 0 ? 1U : 0U) ? 0U : 1U);
+    } else if (tetrahedron.level % 3 == 1) {
+        const unsigned even = axisBetween(corner[3], centre);
+        const unsigned side = axisBetween(corner[0], corner[1]);
+        index =
+            (corner[3][even] > centre[even] ? 2U : 0U) + (side == (even == 0 ? 1U : 0U) ? 0U : 1U);
+    } else {
+        const unsigned spine = axisBetween(corner[0], corner[1]);
+        const unsigned face = axisBetween(corner[2], centre);
+        const unsigned apex = 3 - spine - face;
+        index = (apex > face ? 4U : 0U) + (corner[2][face] > centre[face] ? 2U : 0U) +
+                (corner[3][apex] > centre[apex] ? 1U : 0U);
+    }
+    const CellId id{centre, static_cast<std::uint8_t>(index)};
+    ISOFRONT_ASSERT(
+        tetrahedronOf(id) == tetrahedron, "the tetrahedron is not one of the hierarchy");
+    return id;
 }
 
 Tetrahedron tetrahedronOf(const CellId& id)

@@ -2,6 +2,7 @@
 
 #include <isofront/core/Assert.h>
 
+#include <algorithm>
 #include <unordered_set>
 
 namespace isofront::hierarchy {
@@ -14,15 +15,15 @@ Front::Front()
 
 bool Front::isSplit(const LatticePoint& diamond) const
 {
-    const auto found = _nodes.find(diamond);
-    return found != _nodes.end() && found->second.split;
+    const Node* node = _nodes.find(diamond);
+    return node != nullptr && node->split;
 }
 
 bool Front::isComplete(const LatticePoint& diamond) const
 {
-    const auto found = _nodes.find(diamond);
-    return found != _nodes.end() && !found->second.split &&
-           found->second.present == tetrahedraOf(Diamond(diamond)).mask();
+    const Node* node = _nodes.find(diamond);
+    return node != nullptr && !node->split &&
+           node->present == tetrahedraOf(Diamond(diamond)).mask();
 }
 
 bool Front::isKnown(const LatticePoint& diamond) const
@@ -32,8 +33,8 @@ bool Front::isKnown(const LatticePoint& diamond) const
 
 bool Front::hasCell(const CellId& id) const
 {
-    const auto found = _nodes.find(id.spine);
-    return found != _nodes.end() && (unsigned{found->second.present} >> id.index & 1U) != 0;
+    const Node* node = _nodes.find(id.spine);
+    return node != nullptr && (unsigned{node->present} >> id.index & 1U) != 0;
 }
 
 bool Front::isMergeable(const LatticePoint& diamond) const
@@ -50,8 +51,7 @@ void Front::split(const LatticePoint& diamond)
 {
     ISOFRONT_ASSERT(isComplete(diamond), "only a diamond whose parents are all split can be split");
     const DiamondTetrahedra all = tetrahedraOf(Diamond(diamond));
-    Node& node = _nodes[diamond];
-    node = {0, true};
+    _nodes[diamond] = {0, true};
     _cellCount -= all.size();
     ++_splitCount;
     for (std::size_t i = 0; i < all.size(); ++i)
@@ -76,6 +76,11 @@ std::vector<LatticePoint> Front::closureOf(const LatticePoint& diamond) const
     std::vector<LatticePoint> order;
     if (isSplit(diamond))
         return order;
+    const LatticePoints parents = parentsOf(Diamond(diamond));
+    if (std::all_of(parents.begin(), parents.end(), [&](const auto& p) { return isSplit(p); })) {
+        order.push_back(diamond);
+        return order;
+    }
     // Depth first without recursion: a diamond is listed once all its parents are.
     std::unordered_set<LatticePoint, LatticePointHash> listed;
     std::vector<LatticePoint> stack{diamond};
@@ -108,16 +113,30 @@ std::vector<LatticePoint> Front::refine(const LatticePoint& diamond)
     return order;
 }
 
+std::vector<FrontDiamond> Front::diamondsWithCells() const
+{
+    std::vector<FrontDiamond> diamonds;
+    diamonds.reserve(_nodes.size());
+    _nodes.forEach([&](const Nodes::Entry& entry) {
+        if (entry.second.present != 0)
+            diamonds.push_back({entry.first, entry.second.present});
+    });
+    return diamonds;
+}
+
 std::size_t Front::bytes() const
 {
-    // A node of the map holds a link, the cached hash and the entry; a bucket is a pointer.
-    return _nodes.size() * (sizeof(std::pair<LatticePoint, Node>) + 2 * sizeof(void*)) +
-           _nodes.bucket_count() * sizeof(void*);
+    return _nodes.bytes();
 }
 
 bool Front::operator==(const Front& other) const
 {
-    return _nodes == other._nodes;
+    bool same = _nodes.size() == other._nodes.size();
+    _nodes.forEach([&](const Nodes::Entry& entry) {
+        const Node* node = other._nodes.find(entry.first);
+        same = same && node != nullptr && *node == entry.second;
+    });
+    return same;
 }
 
 void Front::add(const CellId& id)
@@ -130,13 +149,12 @@ void Front::add(const CellId& id)
 
 void Front::remove(const CellId& id)
 {
-    const auto found = _nodes.find(id.spine);
-    ISOFRONT_ASSERT(found != _nodes.end(), "the cell is not on the front");
-    Node& node = found->second;
-    node.present = static_cast<std::uint8_t>(node.present & ~(1U << id.index));
+    Node* node = _nodes.find(id.spine);
+    ISOFRONT_ASSERT(node != nullptr, "the cell is not on the front");
+    node->present = static_cast<std::uint8_t>(node->present & ~(1U << id.index));
     --_cellCount;
-    if (node.present == 0 && !node.split)
-        _nodes.erase(found);
+    if (node->present == 0 && !node->split)
+        _nodes.erase(id.spine);
 }
 
 } // namespace isofront::hierarchy

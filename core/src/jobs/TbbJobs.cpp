@@ -10,10 +10,11 @@ namespace {
 
 class TbbJobs final : public Jobs {
 public:
-    // One more slot than workers: the slot reserved for a calling thread that helps.
+    // Jobs that are handed over have one more slot than workers, reserved for a thread that waits
+    // for them. In a loop the calling thread counts as one of the threads.
     explicit TbbJobs(std::size_t threads)
         : _threads(threads), _workers(tbb::global_control::max_allowed_parallelism, threads + 1),
-          _arena(static_cast<int>(threads) + 1, 1)
+          _arena(static_cast<int>(threads) + 1, 1), _loops(static_cast<int>(threads), 1)
     {
     }
     // task_group may throw from its destructor; our jobs do not, so there is nothing to throw
@@ -27,7 +28,7 @@ public:
     }
     void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) override
     {
-        _arena.execute(
+        _loops.execute(
             [&] { tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { body(i); }); });
     }
     void wait() override
@@ -40,6 +41,7 @@ private:
     std::size_t _threads;
     tbb::global_control _workers; ///< or TBB stops at the number of cores
     tbb::task_arena _arena;
+    tbb::task_arena _loops;
     tbb::task_group _group;
 };
 

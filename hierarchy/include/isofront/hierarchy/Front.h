@@ -1,14 +1,19 @@
 #pragma once
 
+#include <isofront/core/FlatMap.h>
 #include <isofront/hierarchy/CellId.h>
 #include <isofront/hierarchy/Diamond.h>
 
 #include <cstddef>
-#include <functional>
-#include <unordered_map>
 #include <vector>
 
 namespace isofront::hierarchy {
+
+/// A diamond and which of its tetrahedra are cells: a bit for each index.
+struct FrontDiamond {
+    LatticePoint centre;
+    std::uint8_t cells = 0;
+};
 
 /// A conforming set of cells that tile the domain: the leaves of the bisection hierarchy.
 ///
@@ -51,20 +56,23 @@ public:
     template <typename Visit>
     void forEachCell(const Visit& visit) const
     {
-        for (const auto& [centre, node] : _nodes)
-            if (node.present != 0) {
-                const DiamondTetrahedra all = tetrahedraOf(Diamond(centre));
-                for (std::size_t i = 0; i < all.size(); ++i)
-                    if ((unsigned{node.present} >> all.index(i) & 1U) != 0)
-                        visit(CellId{centre, all.index(i)}, all.tetrahedron(i));
-            }
+        _nodes.forEach([&](const Nodes::Entry& entry) {
+            const auto& [centre, node] = entry;
+            if (node.present == 0)
+                return;
+            const DiamondTetrahedra all = tetrahedraOf(Diamond(centre));
+            for (std::size_t i = 0; i < all.size(); ++i)
+                if ((unsigned{node.present} >> all.index(i) & 1U) != 0)
+                    visit(CellId{centre, all.index(i)}, all.tetrahedron(i));
+        });
     }
+    /// The diamonds that have cells, in no promised order.
+    [[nodiscard]] std::vector<FrontDiamond> diamondsWithCells() const;
     /// Calls `visit(centre)` for each diamond that has cells or is split, in no promised order.
     template <typename Visit>
     void forEachDiamond(const Visit& visit) const
     {
-        for (const auto& entry : _nodes)
-            visit(entry.first);
+        _nodes.forEach([&](const Nodes::Entry& entry) { visit(entry.first); });
     }
 
     /// The cells are the same.
@@ -77,11 +85,12 @@ private:
 
         bool operator==(const Node&) const = default;
     };
+    using Nodes = core::FlatMap<LatticePoint, Node, LatticePointHash>;
 
     void add(const CellId& id);
     void remove(const CellId& id);
 
-    std::unordered_map<LatticePoint, Node, LatticePointHash> _nodes;
+    Nodes _nodes{kNoLatticePoint};
     std::size_t _cellCount = 0;
     std::size_t _splitCount = 0;
 };

@@ -28,6 +28,9 @@ struct LatticePoint {
     std::uint32_t& operator[](std::size_t axis) { return axis == 0 ? x : axis == 1 ? y : z; }
 };
 
+/// Outside of every domain: stands for no point at all.
+inline constexpr LatticePoint kNoLatticePoint{0xFFFFFFFFU, 0xFFFFFFFFU, 0xFFFFFFFFU};
+
 struct LatticePointHash {
     std::size_t operator()(const LatticePoint& p) const
     {
