@@ -293,7 +293,7 @@ int extract(const ExtractArguments& arguments)
         {"smooth", 0.0},
         {"simplify", 0.0},
         {"normals", result->normalSeconds * share},
-        {"join", result->joinSeconds},
+        {"join", result->joinSeconds * share},
         {"write", secondsSince(writeStart)}};
     json["peak_rss_bytes"] = core::peakResidentBytes();
     json["threads"] = threads;

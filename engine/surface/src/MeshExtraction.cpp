@@ -1,17 +1,16 @@
 #include "isofront/surface/MeshExtraction.h"
 
+#include "MeshJoiner.h"
 #include "isofront/surface/SurfaceCriterion.h"
 
-#include <isofront/core/Hash.h>
+#include <isofront/core/FlatMap.h>
 #include <isofront/hierarchy/Refinement.h>
-
-#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -24,8 +23,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using core::ErrorCode;
-using extractor::CellMesh;
-using extractor::CellTrace;
 using hierarchy::CellId;
 using hierarchy::CellIdHash;
 using hierarchy::LatticePoint;
@@ -36,25 +33,10 @@ double secondsSince(Clock::time_point start)
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct ExtractedCell {
-    CellId id;
-    CellMesh mesh;
-    CellTrace trace;
-};
-
-std::size_t bytesOf(const ExtractedCell& cell)
-{
-    return cell.mesh.bytes() + cell.trace.borders.size() * sizeof(extractor::BorderVertex);
-}
-
-struct KeyHash {
-    std::size_t operator()(const std::array<std::int64_t, 3>& key) const
-    {
-        std::uint64_t hash = 0;
-        for (const std::int64_t word : key)
-            hash = core::hashCombined(hash, static_cast<std::uint64_t>(word));
-        return hash;
-    }
+/// What a job that writes cells into the mesh tells.
+struct Written {
+    core::Box bounds;
+    double seconds = 0;
 };
 
 /// The front of one extraction, and the meshes of its cells.
@@ -75,7 +57,7 @@ public:
         if (detail.kind == Detail::Kind::view && !detail.view.isValid())
             return core::failure(ErrorCode::usage, "the view to extract for is not valid");
         if (detail.kind == Detail::Kind::level)
-            error = refine(levelCriterion(_extractor, detail.level), {}, detail.level);
+            error = refineToLevel(detail.level);
         else if (detail.kind == Detail::Kind::view)
             error = refine(
                 viewCriterion(_extractor, detail.view.pixelsPerUnit(), detail.pixelError),
@@ -83,11 +65,11 @@ public:
                 detail.level);
         else
             error = refineByError();
-        if (!error && detail.kind != Detail::Kind::error)
-            error = extractCells(cellsOf(*_front));
+        if (!error)
+            error = joinCells();
         if (error)
             return tl::unexpected<core::Error>(*error);
-        return join();
+        return std::move(_result);
     }
 
 private:
@@ -127,24 +109,77 @@ private:
         return cells * 5 * n * n * kBytesPerTriangle;
     }
 
+    /// Follows the viewer to the end.
     MaybeError
     refine(std::shared_ptr<const WhereSurface> criterion, const hierarchy::View& view, int maxLevel)
     {
-        _where = criterion;
         const auto start = Clock::now();
-        hierarchy::Refinement refinement(
-            _extractor->domain(), std::move(criterion), {.maxLevel = maxLevel});
+        hierarchy::Refinement refinement(_extractor->domain(), criterion, {.maxLevel = maxLevel});
         do {
             refinement.update(view);
-            progress("finding cells", 0.0);
-            if (auto error = overLimit(refinement.bytes() + _where->bytes(), "finding the cells"))
-                return error;
-            if (auto error = interrupted())
+            if (auto error = stillFinding(refinement.bytes() + criterion->bytes()))
                 return error;
         } while (!refinement.isSettled());
         _front = refinement.front();
-        _frontSeconds += secondsSince(start);
+        _result.frontSeconds += secondsSince(start);
         return std::nullopt;
+    }
+
+    /// The same for one level wherever there may be a surface, wave after wave of diamonds, whose
+    /// bounds are taken by all threads. The front doesn't depend on the order of splits.
+    MaybeError refineToLevel(int level)
+    {
+        const auto start = Clock::now();
+        core::FlatMap<LatticePoint, bool, LatticePointHash> known(hierarchy::kNoLatticePoint);
+        std::vector<LatticePoint> wave{hierarchy::kRootDiamond};
+        while (!wave.empty() && level > 0) {
+            const std::vector<std::uint8_t> empty = provedEmpty(wave);
+            std::vector<LatticePoint> next;
+            for (std::size_t i = 0; i < wave.size(); ++i) {
+                if (empty[i] != 0)
+                    continue;
+                for (const LatticePoint& split : _front.refine(wave[i]))
+                    for (const LatticePoint& child :
+                         hierarchy::childrenOf(hierarchy::Diamond(split)))
+                        if (hierarchy::Diamond(child).level < level &&
+                            known.tryEmplace(child, true).second)
+                            next.push_back(child);
+            }
+            wave = std::move(next);
+            if (auto error = stillFinding(_front.bytes() + known.bytes()))
+                return error;
+        }
+        _result.frontSeconds += secondsSince(start);
+        return std::nullopt;
+    }
+
+    [[nodiscard]] MaybeError stillFinding(std::size_t bytes) const
+    {
+        progress("finding cells", 0.0);
+        if (auto error = overLimit(bytes, "finding the cells"))
+            return error;
+        return interrupted();
+    }
+
+    /// For each diamond, whether bounds prove that no triangle can arise in it.
+    [[nodiscard]] std::vector<std::uint8_t> provedEmpty(const std::vector<LatticePoint>& diamonds)
+    {
+        std::vector<std::uint8_t> empty(diamonds.size());
+        inChunks(diamonds.size(), 64, [&](std::size_t i) {
+            const core::Box box = boxOf(hierarchy::Diamond(diamonds[i]), _extractor->domain());
+            empty[i] = _extractor->provesEmpty(box) ? 1 : 0;
+        });
+        return empty;
+    }
+
+    /// Calls `body(i)` for each i below `count` on all threads, `chunk` of them at a time.
+    template <typename Body>
+    void inChunks(std::size_t count, std::size_t chunk, const Body& body)
+    {
+        _jobs.parallelFor((count + chunk - 1) / chunk, [&](std::size_t k) {
+            for (std::size_t i = k * chunk; i < std::min(count, (k + 1) * chunk); ++i)
+                body(i);
+        });
     }
 
     /// Splits diamonds around cells whose estimated error is too large, until there are none.
@@ -155,16 +190,16 @@ private:
         int first = 0;
         while (first < _options.detail.level && hierarchy::axisStep(first, n) > 1.0 / 64)
             ++first;
-        if (auto error = refine(levelCriterion(_extractor, first), {}, first))
+        if (auto error = refineToLevel(first))
             return error;
         const double stretch = _extractor->domain().worldFromField.stretch();
-        auto wanted = cellsOf(*_front);
+        std::vector<CellId> wanted = cellsOf(frontDiamonds());
         while (!wanted.empty()) {
-            if (auto error = extractCells(std::move(wanted)))
+            if (auto error = keepCells(wanted))
                 return error;
             const auto start = Clock::now();
             std::vector<LatticePoint> tooCoarse;
-            for (const auto& [id, cell] : _cells) {
+            for (const auto& [id, cell] : _kept) {
                 const bool canSplit = hierarchy::Diamond(id.spine).level < _options.detail.level;
                 const double error = double(cell.mesh.stats.errorMax) * stretch;
                 if (canSplit && error > _options.detail.maxError)
@@ -172,155 +207,216 @@ private:
             }
             std::ranges::sort(tooCoarse);
             for (const LatticePoint& centre : tooCoarse)
-                _front->refine(centre);
-            std::erase_if(_cells, [&](const auto& entry) {
-                if (_front->hasCell(entry.first))
+                _front.refine(centre);
+            std::erase_if(_kept, [&](const auto& entry) {
+                if (_front.hasCell(entry.first))
                     return false;
-                _bytes -= bytesOf(entry.second);
-                _result.cellsSkipped -= entry.second.mesh.stats.provedEmpty ? 1U : 0U;
+                _keptBytes -= bytesOf(entry.second);
                 return true;
             });
-            wanted = cellsOf(*_front);
-            std::erase_if(wanted, [&](const CellId& id) { return _cells.contains(id); });
-            _frontSeconds += secondsSince(start);
+            wanted = cellsOf(frontDiamonds());
+            std::erase_if(wanted, [&](const CellId& id) { return _kept.contains(id); });
+            _result.frontSeconds += secondsSince(start);
         }
         return std::nullopt;
     }
 
-    static std::vector<CellId> cellsOf(const hierarchy::Front& front)
+    /// The diamonds that have cells, in order.
+    [[nodiscard]] std::vector<hierarchy::FrontDiamond> frontDiamonds() const
+    {
+        std::vector<hierarchy::FrontDiamond> diamonds = _front.diamondsWithCells();
+        std::ranges::sort(diamonds, {}, &hierarchy::FrontDiamond::centre);
+        return diamonds;
+    }
+
+    static std::vector<CellId> cellsOf(const std::vector<hierarchy::FrontDiamond>& diamonds)
     {
         std::vector<CellId> ids;
-        ids.reserve(front.cellCount());
-        front.forEachCell(
-            [&](const CellId& id, const hierarchy::Tetrahedron&) { ids.push_back(id); });
-        std::ranges::sort(ids);
+        for (const hierarchy::FrontDiamond& diamond : diamonds)
+            for (unsigned bits = diamond.cells; bits != 0; bits &= bits - 1)
+                ids.push_back({diamond.centre, static_cast<std::uint8_t>(std::countr_zero(bits))});
         return ids;
     }
 
-    MaybeError extractCells(const std::vector<CellId>& ids)
+    /// Extracts cells that may have to give way to finer ones.
+    MaybeError keepCells(const std::vector<CellId>& ids)
     {
-        // The diamonds that bounds could not prove empty are those with a surface, or nearly.
-        std::size_t expected = 0;
-        for (const CellId& id : ids)
-            expected += _where->provesEmpty(hierarchy::Diamond(id.spine)) ? 0U : 1U;
-        if (auto error = overLimit(expectedBytes(expected), "extracting the mesh"))
-            return error;
-
-        constexpr std::size_t kSlice = 1024;
-        std::vector<ExtractedCell> slice;
-        for (std::size_t begin = 0; begin < ids.size(); begin += kSlice) {
-            if (auto error = interrupted())
-                return error;
+        for (std::size_t begin = 0; begin < ids.size(); begin += kBlock) {
             progress("extracting cells", double(begin) / double(ids.size()));
-            const std::size_t count = std::min(kSlice, ids.size() - begin);
-            slice.clear();
-            slice.resize(count);
-            _jobs.parallelFor(count, [&](std::size_t i) {
-                ExtractedCell& cell = slice[i];
-                cell.id = ids[begin + i];
-                cell.mesh = *_extractor->extract(hierarchy::tetrahedronOf(cell.id), &cell.trace);
+            const std::size_t count = std::min(kBlock, ids.size() - begin);
+            std::vector<JoinedCell> block(count);
+            inChunks(count, kChunk, [&](std::size_t i) {
+                block[i].id = ids[begin + i];
+                extract(block[i]);
             });
-            for (ExtractedCell& cell : slice) {
-                const extractor::CellStats& stats = cell.mesh.stats;
-                _result.cellsSkipped += stats.provedEmpty ? 1U : 0U;
-                _result.samples += stats.samples;
-                _result.sanitisedSamples += stats.sanitisedSamples;
+            for (JoinedCell& cell : block) {
+                _keptBytes += bytesOf(cell);
                 _result.sampleSeconds += cell.trace.sampleSeconds;
                 _result.contourSeconds += cell.trace.contourSeconds;
                 _result.normalSeconds += cell.trace.normalSeconds;
-                _bytes += bytesOf(cell);
-                _cells.emplace(cell.id, std::move(cell));
+                cell.trace.sampleSeconds = cell.trace.contourSeconds = cell.trace.normalSeconds = 0;
+                _kept.emplace(cell.id, std::move(cell));
             }
-            if (auto error = overLimit(_bytes, "the meshes of the cells"))
+            if (auto error = overLimit(_keptBytes, "the meshes of the cells"))
+                return error;
+            if (auto error = interrupted())
                 return error;
         }
         return std::nullopt;
     }
 
-    core::Result<ExtractedMesh> join()
+    void extract(JoinedCell& cell) const
+    {
+        cell.trace.borders.clear();
+        _extractor->extractInto(hierarchy::tetrahedronOf(cell.id), cell.mesh, &cell.trace);
+    }
+
+    static std::size_t bytesOf(const JoinedCell& cell)
+    {
+        return cell.mesh.bytes() + cell.trace.borders.size() * sizeof(extractor::BorderVertex);
+    }
+
+    /// The cells that may have a triangle, in order. Counts the others.
+    std::vector<CellId> cellsToJoin()
+    {
+        std::vector<hierarchy::FrontDiamond> diamonds = frontDiamonds();
+        for (const hierarchy::FrontDiamond& diamond : diamonds)
+            _result.finestLevel =
+                std::max(_result.finestLevel, hierarchy::Diamond(diamond.centre).level);
+        _result.cells = _front.cellCount();
+        if (_extractor->settings().skipEmptyCells) {
+            std::vector<LatticePoint> centres(diamonds.size());
+            std::ranges::transform(
+                diamonds, centres.begin(), [](const auto& diamond) { return diamond.centre; });
+            const std::vector<std::uint8_t> empty = provedEmpty(centres);
+            std::size_t i = 0;
+            std::erase_if(diamonds, [&](const auto&) { return empty[i++] != 0; });
+        }
+        std::vector<CellId> ids = cellsOf(diamonds);
+        _result.cellsSkipped = _result.cells - ids.size();
+        return ids;
+    }
+
+    /// Extracts all cells of the front and joins them, block after block: while one is extracted,
+    /// the one before it is numbered and the one before that is written, all by the same threads.
+    MaybeError joinCells()
+    {
+        auto start = Clock::now();
+        const std::vector<CellId> ids = cellsToJoin();
+        _result.frontSeconds += secondsSince(start);
+        if (auto error = overLimit(expectedBytes(ids.size()), "extracting the mesh"))
+            return error;
+
+        const int n = _extractor->settings().latticeSize;
+        MeshJoiner joiner(_extractor->domain(), n, _result.finestLevel);
+        joiner.reserve(_result.mesh, ids.size());
+        std::array<std::vector<JoinedCell>, 3> blocks;
+        const std::size_t blockCount = (ids.size() + kBlock - 1) / kBlock;
+        for (std::size_t step = 0; step < blockCount + 2; ++step) {
+            progress("extracting cells", double(step) / double(blockCount + 2));
+            if (auto error = interrupted())
+                return error;
+            std::vector<JoinedCell>& extracted = blocks[step % 3];
+            std::vector<JoinedCell>& numbered = blocks[(step + 2) % 3];
+            std::vector<JoinedCell>& written = blocks[(step + 1) % 3];
+            const std::size_t begin = std::min(step * kBlock, ids.size());
+            extracted.resize(std::min(kBlock, ids.size() - begin));
+            const std::size_t extractJobs = (extracted.size() + kChunk - 1) / kChunk;
+            const std::size_t writeJobs = (written.size() + kChunk - 1) / kChunk;
+            joiner.setSizes(_result.mesh);
+            bool isNumbered = true;
+            std::vector<Written> parts(writeJobs);
+            _jobs.parallelFor(1 + extractJobs + writeJobs, [&](std::size_t job) {
+                if (job == 0) {
+                    isNumbered = number(numbered, joiner);
+                } else if (job <= extractJobs) {
+                    const std::size_t first = (job - 1) * kChunk;
+                    for (std::size_t i = first; i < std::min(extracted.size(), first + kChunk); ++i)
+                        take(ids[begin + i], extracted[i]);
+                } else {
+                    const std::size_t k = job - 1 - extractJobs;
+                    const auto writeStart = Clock::now();
+                    const std::size_t first = k * kChunk;
+                    for (std::size_t i = first; i < std::min(written.size(), first + kChunk); ++i)
+                        joiner.write(written[i], _result.mesh, parts[k].bounds);
+                    parts[k].seconds = secondsSince(writeStart);
+                }
+            });
+            for (const Written& part : parts) {
+                _result.joinSeconds += part.seconds;
+                if (part.bounds.isEmpty())
+                    continue;
+                _result.mesh.bounds.include(part.bounds.low);
+                _result.mesh.bounds.include(part.bounds.high);
+            }
+            if (!isNumbered)
+                return core::Error{
+                    ErrorCode::resourceLimit,
+                    "the mesh has more than 4294967294 vertices: choose a larger spacing or error"};
+            const std::size_t bytes = bytesOf(_result.mesh) + joiner.bytes() + _keptBytes;
+            if (auto error = overLimit(bytes, "the mesh"))
+                return error;
+        }
+        if (!_result.mesh.indices.empty())
+            _result.errorRms =
+                std::sqrt(_squaredError / (static_cast<double>(_result.mesh.indices.size()) / 3));
+        progress("extracting cells", 1.0);
+        return std::nullopt;
+    }
+
+    /// The mesh of a cell: one that was kept, or a new one.
+    void take(const CellId& id, JoinedCell& cell)
+    {
+        cell.id = id;
+        if (const auto kept = _kept.find(id); kept != _kept.end())
+            cell = std::move(kept->second);
+        else
+            extract(cell);
+    }
+
+    /// What has to be done in order: vertices get their numbers, and sums are made.
+    bool number(std::vector<JoinedCell>& cells, MeshJoiner& joiner)
     {
         const auto start = Clock::now();
-        const hierarchy::Domain& domain = _extractor->domain();
-        const glm::dmat3 normalMatrix = domain.worldFromField.normalMatrix();
-        const bool mirrors = domain.worldFromField.mirrors();
-        const double stretch = domain.worldFromField.stretch();
-        TriangleMesh& mesh = _result.mesh;
-
-        std::size_t vertices = 0;
-        std::size_t triangles = 0;
-        for (const auto& [id, cell] : _cells) {
-            vertices += cell.mesh.vertices.size();
-            triangles += cell.mesh.triangleCount();
+        const double stretch = _extractor->domain().worldFromField.stretch();
+        for (JoinedCell& cell : cells) {
+            const extractor::CellStats& stats = cell.mesh.stats;
+            _result.cellsSkipped += stats.provedEmpty ? 1U : 0U;
+            _result.samples += stats.samples;
+            _result.sanitisedSamples += stats.sanitisedSamples;
+            _result.sampleSeconds += cell.trace.sampleSeconds;
+            _result.contourSeconds += cell.trace.contourSeconds;
+            _result.normalSeconds += cell.trace.normalSeconds;
+            cell.trace.sampleSeconds = cell.trace.contourSeconds = cell.trace.normalSeconds = 0;
+            const double rms = double(stats.errorRms) * stretch;
+            _squaredError += rms * rms * static_cast<double>(cell.mesh.triangleCount());
+            _result.errorMax = std::max(_result.errorMax, double(stats.errorMax) * stretch);
+            if (!joiner.number(cell))
+                return false;
         }
-        mesh.positions.reserve(vertices);
-        mesh.normals.reserve(vertices);
-        mesh.indices.reserve(3 * triangles);
-
-        std::unordered_map<std::array<std::int64_t, 3>, std::uint32_t, KeyHash> shared;
-        std::vector<std::uint32_t> global;
-        constexpr std::uint32_t kUnset = std::numeric_limits<std::uint32_t>::max();
-        double squared = 0;
-        std::size_t done = 0;
-        for (const CellId& id : cellsOf(*_front)) {
-            const auto found = _cells.find(id);
-            _result.finestLevel = std::max(_result.finestLevel, hierarchy::Diamond(id.spine).level);
-            if (++done % 4096 == 0)
-                progress("joining cells", double(done) / double(_cells.size()));
-            const ExtractedCell& cell = found->second;
-            const CellMesh& part = cell.mesh;
-            if (part.indices.empty())
-                continue;
-            if (mesh.positions.size() + part.vertices.size() >= kUnset)
-                return core::failure(
-                    ErrorCode::resourceLimit,
-                    "the mesh has more than 4294967294 vertices: choose a larger spacing or error");
-
-            const auto place = [&](std::size_t i) {
-                const extractor::CellVertex& vertex = part.vertices[i];
-                const glm::dvec3 position = domain.worldFromGrid(part.gridPosition(vertex));
-                const glm::dvec3 normal =
-                    glm::normalize(normalMatrix * extractor::fromOctahedral(vertex.normal));
-                mesh.positions.push_back(position);
-                mesh.normals.emplace_back(normal);
-                mesh.bounds.include(position);
-                return static_cast<std::uint32_t>(mesh.positions.size() - 1);
-            };
-            global.assign(part.vertices.size(), kUnset);
-            for (const extractor::BorderVertex& border : cell.trace.borders) {
-                const auto [entry, isNew] = shared.try_emplace(border.key, kUnset);
-                if (isNew)
-                    entry->second = place(border.vertex);
-                global[border.vertex] = entry->second;
-            }
-            for (std::size_t i = 0; i < global.size(); ++i)
-                if (global[i] == kUnset)
-                    global[i] = place(i);
-            for (std::size_t i = 0; i < part.indices.size(); i += 3) {
-                const std::size_t second = mirrors ? 2 : 1;
-                for (const std::size_t k : {std::size_t{0}, second, 3 - second})
-                    mesh.indices.push_back(global[part.indices[i + k]]);
-            }
-            const double rms = double(part.stats.errorRms) * stretch;
-            squared += rms * rms * static_cast<double>(part.triangleCount());
-            _result.errorMax = std::max(_result.errorMax, double(part.stats.errorMax) * stretch);
-        }
-        if (triangles > 0)
-            _result.errorRms = std::sqrt(squared / static_cast<double>(triangles));
-        _result.cells = _front->cellCount();
-        _result.frontSeconds = _frontSeconds;
-        _result.joinSeconds = secondsSince(start);
-        progress("joining cells", 1.0);
-        return std::move(_result);
+        _result.joinSeconds += secondsSince(start);
+        return true;
     }
+
+    static std::size_t bytesOf(const TriangleMesh& mesh)
+    {
+        return mesh.positions.size() * sizeof(glm::dvec3) +
+               mesh.normals.size() * sizeof(glm::vec3) +
+               mesh.indices.size() * sizeof(std::uint32_t);
+    }
+
+    /// Cells that are extracted, numbered and written together, and in one job.
+    static constexpr std::size_t kBlock = 2048;
+    static constexpr std::size_t kChunk = 16;
 
     std::shared_ptr<const extractor::CellExtractor> _extractor;
     core::Jobs& _jobs;
     const MeshExtractionOptions& _options;
-    std::shared_ptr<const WhereSurface> _where; ///< the last criterion, for what it knows
-    std::optional<hierarchy::Front> _front;
-    std::unordered_map<CellId, ExtractedCell, CellIdHash> _cells;
-    std::size_t _bytes = 0;
-    double _frontSeconds = 0;
+    hierarchy::Front _front;
+    /// Cells of the front whose meshes are there already, for Detail::Kind::error.
+    std::unordered_map<CellId, JoinedCell, CellIdHash> _kept;
+    std::size_t _keptBytes = 0;
+    double _squaredError = 0; ///< summed over triangles
     ExtractedMesh _result;
 };
 

@@ -17,6 +17,21 @@ double expectedError(int level, int latticeSize, const hierarchy::Domain& domain
            domain.worldFromField.stretch();
 }
 
+core::Box boxOf(const hierarchy::Diamond& diamond, const hierarchy::Domain& domain)
+{
+    // a diamond fills part of the cube of half edge h around its centre, cut by the domain
+    const double unit = domain.latticeUnit();
+    core::Box box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double centre = diamond.centre[axis];
+        const double low = std::max(centre - diamond.halfEdge, 0.0);
+        const double high = std::min(centre + diamond.halfEdge, double(hierarchy::kLatticeEdge));
+        box.low[axis] = domain.origin[axis] + unit * low;
+        box.high[axis] = domain.origin[axis] + unit * high;
+    }
+    return box;
+}
+
 double WhereSurface::refineDistance(const hierarchy::Diamond& diamond) const
 {
     const double distance = _criterion->refineDistance(diamond);
@@ -27,17 +42,7 @@ bool WhereSurface::provesEmpty(const hierarchy::Diamond& diamond) const
 {
     if (const auto found = _known->find(diamond.centre); found != _known->end())
         return found->second;
-    // a diamond fills part of the cube of half edge h around its centre, cut by the domain
-    const hierarchy::Domain& domain = _extractor->domain();
-    core::Box box;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double centre = diamond.centre[axis];
-        const double low = std::max(centre - diamond.halfEdge, 0.0);
-        const double high = std::min(centre + diamond.halfEdge, double(hierarchy::kLatticeEdge));
-        box.low[axis] = domain.origin[axis] + domain.latticeUnit() * low;
-        box.high[axis] = domain.origin[axis] + domain.latticeUnit() * high;
-    }
-    const bool empty = _extractor->provesEmpty(box);
+    const bool empty = _extractor->provesEmpty(boxOf(diamond, _extractor->domain()));
     if (_known->size() >= kMostKnown)
         _known->clear();
     _known->emplace(diamond.centre, empty);

@@ -300,6 +300,18 @@ CellExtractor::CellExtractor(
 std::optional<CellMesh> CellExtractor::extract(
     const hierarchy::Tetrahedron& cell, CellTrace* trace, const std::atomic<bool>* cancelled) const
 {
+    CellMesh mesh;
+    if (!extractInto(cell, mesh, trace, cancelled))
+        return std::nullopt;
+    return mesh;
+}
+
+bool CellExtractor::extractInto(
+    const hierarchy::Tetrahedron& cell,
+    CellMesh& result,
+    CellTrace* trace,
+    const std::atomic<bool>* cancelled) const
+{
     thread_local Scratch scratch;
     const auto isCancelled = [&] {
         return cancelled != nullptr && cancelled->load(std::memory_order_relaxed);
@@ -307,8 +319,11 @@ std::optional<CellMesh> CellExtractor::extract(
 
     const VolumeMesh& mesh = *_volumeMesh;
     const CellGeometry geometry(cell, _domain, _settings.latticeSize);
-    CellMesh result;
     result.low = geometry.low;
+    result.stats = {};
+    result.vertices.clear();
+    result.indices.clear();
+    result.attributes.clear();
     result.exponent = static_cast<std::uint8_t>(geometry.cellExponent);
 
     auto start = Clock::now();
@@ -331,27 +346,27 @@ std::optional<CellMesh> CellExtractor::extract(
             radius);
         if (side == Side::outside || (side == Side::inside && !mayCap)) {
             result.stats.provedEmpty = true;
-            return result;
+            return true;
         }
     }
 
     Samples& samples = scratch.samples;
     samples.place(cell, geometry, _domain, mesh, _settings);
     if (isCancelled())
-        return std::nullopt;
+        return false;
     samples.take(*_field, _dataBox, _settings);
     result.stats.samples = static_cast<std::uint32_t>(mesh.vertexCount());
     result.stats.sanitisedSamples = samples.sanitised;
     if (trace != nullptr)
         trace->sampleSeconds += secondsSince(start);
     if (isCancelled())
-        return std::nullopt;
+        return false;
 
     start = Clock::now();
     const std::size_t insideCount =
         static_cast<std::size_t>(std::ranges::count(samples.inside, std::uint8_t{1}));
     if (insideCount == 0 || (insideCount == samples.inside.size() && !mayCap))
-        return result;
+        return true;
 
     Contour contour(geometry, mesh, _settings, _dataBox.has_value(), scratch);
     contour.march();
@@ -372,12 +387,12 @@ std::optional<CellMesh> CellExtractor::extract(
         vertex.flags = static_cast<std::uint16_t>(
             (rough.isBorder() ? CellVertex::border : 0) | (rough.cap ? CellVertex::cap : 0));
         if (trace != nullptr && rough.isBorder())
-            trace->borders.push_back({static_cast<std::uint16_t>(i), rough.key});
+            trace->borders.push_back({static_cast<std::uint16_t>(i), rough.feature, rough.key});
     }
     if (trace != nullptr)
         trace->contourSeconds += secondsSince(start);
     if (isCancelled())
-        return std::nullopt;
+        return false;
 
     start = Clock::now();
     PointColumns& points = scratch.points;
@@ -388,7 +403,7 @@ std::optional<CellMesh> CellExtractor::extract(
         estimateError(*_field, _domain, _settings, scratch.mesh, points, result);
     if (trace != nullptr)
         trace->normalSeconds += secondsSince(start);
-    return result;
+    return true;
 }
 
 bool CellExtractor::provesEmpty(const core::Box& box) const

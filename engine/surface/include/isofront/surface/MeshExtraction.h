@@ -50,7 +50,7 @@ struct ExtractedMesh {
     double errorRms = 0;      ///< estimated, over all cells by triangles [world]; if asked for
     double errorMax = 0;      ///< the same, largest [world]
     double frontSeconds = 0;  ///< finding the cells
-    double sampleSeconds = 0; ///< these three summed over threads
+    double sampleSeconds = 0; ///< these four summed over threads
     double contourSeconds = 0;
     double normalSeconds = 0;
     double joinSeconds = 0;

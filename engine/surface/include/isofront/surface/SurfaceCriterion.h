@@ -17,6 +17,9 @@ inline constexpr double kErrorPerStep = 0.25;
 /// Distance error to expect in a cell of that level, before it is extracted [world].
 double expectedError(int level, int latticeSize, const hierarchy::Domain& domain);
 
+/// A box that holds a diamond's tetrahedra [field].
+core::Box boxOf(const hierarchy::Diamond& diamond, const hierarchy::Domain& domain);
+
 /// Another criterion where there may be a surface, and no refinement where the field's bounds prove
 /// that there is none.
 ///

@@ -50,6 +50,7 @@ struct ExtractionSettings {
 /// across the face has the same vertex under the same key.
 struct BorderVertex {
     std::uint16_t vertex = 0;
+    FeatureMask feature = 0; ///< of the lattice edge: a face, or an edge that more cells share
     /// Sum of the edge's two sample points, exact [sample units].
     std::array<std::int64_t, 3> key{};
 };
@@ -87,6 +88,14 @@ public:
     /// @param cancelled  looked at between steps; if it becomes true, nothing is returned
     [[nodiscard]] std::optional<CellMesh> extract(
         const hierarchy::Tetrahedron& cell,
+        CellTrace* trace = nullptr,
+        const std::atomic<bool>* cancelled = nullptr) const;
+
+    /// The same into a mesh whose memory is used again.
+    /// @return false if cancelled; the mesh is then undefined
+    bool extractInto(
+        const hierarchy::Tetrahedron& cell,
+        CellMesh& mesh,
         CellTrace* trace = nullptr,
         const std::atomic<bool>* cancelled = nullptr) const;
 

@@ -1,0 +1,128 @@
+#include "MeshJoiner.h"
+
+#include <glm/geometric.hpp>
+
+#include <bit>
+#include <limits>
+
+namespace isofront::surface {
+
+namespace {
+
+constexpr std::uint32_t kNoNumber = std::numeric_limits<std::uint32_t>::max();
+
+/// True for a feature that more than two cells may share: an edge or a corner of the tetrahedron.
+bool isAroundEdge(extractor::FeatureMask feature)
+{
+    return std::popcount(feature) > 1;
+}
+
+} // namespace
+
+BorderNumbers::BorderNumbers(int latticeSize, int finestLevel)
+{
+    // A key is the sum of two sample points, each a sum of corners with weights that add up to
+    // 12 n^3; corners of cells of level L are multiples of 2^(30 - L / 3) lattice units.
+    const auto n = static_cast<std::uint64_t>(latticeSize);
+    _shift = static_cast<unsigned>(hierarchy::kLatticeBits - 1 - finestLevel / 3);
+    const std::uint64_t largest = 24 * n * n * n
+                                  << (static_cast<unsigned>(hierarchy::kLatticeBits) - _shift);
+    _bits = static_cast<unsigned>(std::bit_width(largest));
+    _isShort = 3 * _bits < 64;
+}
+
+std::uint32_t BorderNumbers::numberOf(const extractor::BorderVertex& border, std::uint32_t next)
+{
+    const auto look = [&](auto& numbers, const auto& key) {
+        const auto [known, isNew] = numbers.tryEmplace(key, next);
+        if (isNew)
+            return next;
+        const std::uint32_t number = *known;
+        if (!isAroundEdge(border.feature))
+            numbers.erase(key); // both cells of the face have been here
+        return number;
+    };
+    if (!_isShort)
+        return look(_long, border.key);
+    std::uint64_t key = 0;
+    for (const std::int64_t coordinate : border.key)
+        key = (key << _bits) | (static_cast<std::uint64_t>(coordinate) >> _shift);
+    return look(_short, key);
+}
+
+MeshJoiner::MeshJoiner(const hierarchy::Domain& domain, int latticeSize, int finestLevel)
+    : _domain(domain), _latticeSize(latticeSize),
+      _normalMatrix(domain.worldFromField.normalMatrix()),
+      _mirrors(domain.worldFromField.mirrors()), _borders(latticeSize, finestLevel)
+{
+}
+
+bool MeshJoiner::number(JoinedCell& cell)
+{
+    const std::size_t count = cell.mesh.vertices.size();
+    if (std::size_t{_vertices} + count >= kNoNumber)
+        return false;
+    cell.firstNew = _vertices;
+    cell.borderNumber.clear();
+    for (const extractor::BorderVertex& border : cell.trace.borders) {
+        const std::uint32_t number = _borders.numberOf(border, _vertices);
+        _vertices += number == _vertices ? 1U : 0U;
+        cell.borderNumber.push_back(number);
+    }
+    cell.firstInterior = _vertices;
+    _vertices += static_cast<std::uint32_t>(count - cell.trace.borders.size());
+    cell.firstIndex = _indices;
+    _indices += cell.mesh.indices.size();
+    return true;
+}
+
+void MeshJoiner::reserve(TriangleMesh& mesh, std::size_t cells) const
+{
+    // A plane through a cell makes at most 11 n^2 triangles, and half as many vertices.
+    const auto n = static_cast<std::size_t>(_latticeSize);
+    mesh.positions.reserve(cells * 11 * n * n / 2);
+    mesh.normals.reserve(cells * 11 * n * n / 2);
+    mesh.indices.reserve(3 * cells * 11 * n * n);
+}
+
+void MeshJoiner::setSizes(TriangleMesh& mesh) const
+{
+    mesh.positions.resize(_vertices);
+    mesh.normals.resize(_vertices);
+    mesh.indices.resize(_indices);
+}
+
+void MeshJoiner::write(const JoinedCell& cell, TriangleMesh& mesh, core::Box& bounds) const
+{
+    const extractor::CellMesh& part = cell.mesh;
+    thread_local std::vector<std::uint32_t> global; // reused from cell to cell
+    global.assign(part.vertices.size(), kNoNumber);
+    for (std::size_t i = 0; i < cell.borderNumber.size(); ++i)
+        global[cell.trace.borders[i].vertex] = cell.borderNumber[i];
+
+    const double unit = _domain.gridUnit();
+    std::uint32_t interior = cell.firstInterior;
+    for (std::size_t i = 0; i < global.size(); ++i) {
+        if (global[i] == kNoNumber)
+            global[i] = interior++;
+        else if (global[i] < cell.firstNew)
+            continue; // an earlier cell has written it
+        const extractor::CellVertex& vertex = part.vertices[i];
+        const glm::dvec3 position = _domain.worldFromField.point(
+            _domain.origin + unit * glm::dvec3(part.gridPosition(vertex)));
+        mesh.positions[global[i]] = position;
+        mesh.normals[global[i]] =
+            glm::vec3(glm::normalize(_normalMatrix * extractor::fromOctahedral(vertex.normal)));
+        bounds.include(position);
+    }
+
+    const std::size_t second = _mirrors ? 2 : 1;
+    std::uint32_t* out = mesh.indices.data() + cell.firstIndex;
+    for (std::size_t i = 0; i < part.indices.size(); i += 3, out += 3) {
+        out[0] = global[part.indices[i]];
+        out[1] = global[part.indices[i + second]];
+        out[2] = global[part.indices[i + 3 - second]];
+    }
+}
+
+} // namespace isofront::surface
