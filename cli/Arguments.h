@@ -36,6 +36,7 @@ core::Result<void> checkPixelError(double pixels);
 core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option);
 
 // Each adds a subcommand to the app and returns what to do if it is chosen.
+Action addBench(CLI::App& app);
 Action addExtract(CLI::App& app);
 Action addInfo(CLI::App& app);
 Action addFly(CLI::App& app);

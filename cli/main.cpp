@@ -28,6 +28,7 @@ int main(int argc, char** argv)
         "device, 6 resource limit, 130 interrupted. 'isofront COMMAND --help' tells more.");
 
     std::map<std::string, cli::Action> actions;
+    actions["bench"] = cli::addBench(app);
     actions["extract"] = cli::addExtract(app);
     actions["info"] = cli::addInfo(app);
 #ifdef ISOFRONT_WITH_VULKAN

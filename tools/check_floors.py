@@ -18,6 +18,11 @@ FLOORS = {
     "extractor": ("extractor/mesh", ["core", "hierarchy", "fields"]),
     "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
     "exchange": ("engine/exchange", ["core", "surface"]),
+    "charts": ("charts", []),
+    "bench": (
+        "bench",
+        ["core", "hierarchy", "fields", "volume", "extractor", "surface", "exchange", "charts"],
+    ),
     "gpu": ("engine/gpu", ["core"]),
     "render": (
         "engine/render",
@@ -30,7 +35,7 @@ CONFINED = [
     (r"openvdb/", ["extractor/volume/src/VdbReader.cpp"]),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
-    (r"hwy/", ["extractor/fields/src"]),
+    (r"hwy/", ["extractor/fields/src", "bench/src/FmaProbe.cpp"]),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 

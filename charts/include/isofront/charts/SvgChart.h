@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace isofront::cli {
+namespace isofront::charts {
 
 /// One curve of a chart.
 struct ChartSeries {
@@ -47,4 +47,4 @@ std::string escaped(const std::string& text);
 /// more points than columns, each column keeps its least and greatest, so that no spike is lost.
 std::string svgOf(const Chart& chart, int width, int height);
 
-} // namespace isofront::cli
+} // namespace isofront::charts

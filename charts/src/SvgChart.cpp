@@ -1,4 +1,4 @@
-#include "report/SvgChart.h"
+#include "isofront/charts/SvgChart.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace isofront::cli {
+namespace isofront::charts {
 
 namespace {
 
@@ -253,4 +253,4 @@ std::string svgOf(const Chart& chart, int width, int height)
     return svg + "</svg>\n";
 }
 
-} // namespace isofront::cli
+} // namespace isofront::charts

@@ -1,4 +1,4 @@
-#include "report/SvgChart.h"
+#include "isofront/charts/SvgChart.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <sstream>
 
-namespace isofront::cli::test {
+namespace isofront::charts::test {
 
 namespace {
 
@@ -161,4 +161,4 @@ TEST(SvgChart, measuresTheRightAxisByItself)
     EXPECT_LT(svg.find("curve b"), svg.find("curve a")) << "the left curves lie on top";
 }
 
-} // namespace isofront::cli::test
+} // namespace isofront::charts::test

@@ -1,0 +1,237 @@
+// After Scholz, Bender, Dachsbacher, "Real-Time Isosurface Extraction with View-Dependent Level of
+// Detail and Applications", Fig. 17: error over triangles at uniform detail, for cells, marching
+// cubes and the tetrahedra of the hierarchy.
+
+#include "Subjects.h"
+#include "Suites.h"
+#include "isofront/bench/GridContour.h"
+#include "isofront/bench/TetrahedraContour.h"
+#include "isofront/bench/Topology.h"
+
+#include <isofront/hierarchy/Criterion.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+
+namespace isofront::bench {
+
+namespace {
+
+Table errorTable()
+{
+    return {
+        "errors",
+        "Error, time and topology of each method at each step",
+        {{"field", "", "what is meshed"},
+         {"method", "", "how: cells of lattice size n are ours"},
+         {"step", "edge", "lattice step, as a share of the domain's edge"},
+         {"triangles", "", "triangles"},
+         {"cpu", "ms", "sampling, contouring and normals, one thread"},
+         {"runs", "", "timed runs"},
+         {"error", "edge", "root mean square distance, the larger of both ways"},
+         {"rms", "steps", "mesh to surface, root mean square"},
+         {"p99", "steps", "mesh to surface, 99 % below"},
+         {"max", "steps", "mesh to surface, greatest"},
+         {"back_rms", "steps", "surface to mesh, root mean square"},
+         {"back_p99", "steps", "surface to mesh, 99 % below"},
+         {"back_max", "steps", "surface to mesh, greatest"},
+         {"normal", "deg", "angle of normals, root mean square"},
+         {"components", "", "parts of the mesh"},
+         {"missed", "", "parts of the surface without mesh"},
+         {"euler", "", "Euler number"},
+         {"quality", "", "mean triangle quality, 1 is equilateral"},
+         {"slivers", "%", "triangles of quality below 0.2"},
+         {"constant", "", "rms [edge] times triangles: constant for methods of second order"},
+         {"lost", "%", "samples without surface in reach"},
+         {"checksum", "", "of positions and indices"}},
+        {},
+        {}};
+}
+
+struct Meshed {
+    surface::TriangleMesh mesh;
+    double step = 0; ///< [world]
+    Timing timing;
+};
+
+struct Method {
+    std::string name;
+    std::function<Meshed(const Subject&, int stepsPerEdge)> mesh;
+};
+
+Method cellsMethod(int latticeSize)
+{
+    return {
+        "cells n=" + std::to_string(latticeSize),
+        [latticeSize](const Subject& subject, int stepsPerEdge) {
+            const int level = levelForShare(1.0 / stepsPerEdge, latticeSize);
+            CellsMesh cells =
+                cellsMesh(subject, settingsFor(subject, latticeSize, level), level, 5);
+            return Meshed{std::move(cells.extracted.mesh), cells.step, cells.timing};
+        }};
+}
+
+Meshed byGrid(const Subject& subject, int stepsPerEdge)
+{
+    Meshed meshed;
+    meshed.step = subject.domain.edge / stepsPerEdge;
+    meshed.timing = timed([&] {
+        const GridSamples grid = sampledGrid(*subject.field, subject.domain, stepsPerEdge);
+        meshed.mesh = marchingCubes(grid, subject.isovalue, subject.domain, subject.field.get());
+    });
+    return meshed;
+}
+
+Meshed byTetrahedra(const Subject& subject, int stepsPerEdge)
+{
+    Meshed meshed;
+    int level = 0;
+    while (1 << (level / 3) < stepsPerEdge)
+        level += 3;
+    meshed.step = subject.domain.edge / (1 << (level / 3));
+    meshed.timing = timed([&] {
+        meshed.mesh =
+            marchingTetrahedra(*subject.field, subject.isovalue, subject.domain, level).mesh;
+    });
+    return meshed;
+}
+
+std::vector<Method> methods()
+{
+    return {
+        cellsMethod(4),
+        cellsMethod(8),
+        cellsMethod(16),
+        {"marching cubes", byGrid},
+        {"tetrahedra", byTetrahedra}};
+}
+
+std::string hexadecimal(std::uint64_t value)
+{
+    std::array<char, 20> text{};
+    (void)std::snprintf(
+        text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+    return text.data();
+}
+
+/// Slope of the line of least squares through the logarithms of one curve.
+double slopeOf(const Table& table, const std::string& field, const std::string& method)
+{
+    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (std::size_t row = 0; row < table.rows.size(); ++row) {
+        if (table.word(row, "field") != field || table.word(row, "method") != method)
+            continue;
+        const double a = std::log(table.number(row, "triangles"));
+        const double b = std::log(table.number(row, "error"));
+        n += 1;
+        x += a;
+        y += b;
+        xx += a * a;
+        xy += a * b;
+    }
+    const double spread = n * xx - x * x;
+    return n > 1 && spread > 0 ? (n * xy - x * y) / spread
+                               : std::numeric_limits<double>::quiet_NaN();
+}
+
+} // namespace
+
+SuiteResult runAccuracy(const Context& context)
+{
+    SuiteResult result;
+    Table errors = errorTable();
+    std::vector<Subject> subjects = {sphereSubject(), gyroidSubject(), canyonSubject()};
+    if (context.isFull())
+        subjects.insert(subjects.begin() + 1, torusSubject());
+    const std::vector<int> resolutions =
+        context.pick<std::vector<int>>({16, 32}, {32, 64, 128, 256});
+    for (const Subject& subject : subjects) {
+        const DistanceMeasure measure = measureFor(
+            context,
+            subject,
+            context.pick(1.0 / 64, 1.0 / 512),
+            context.pick<std::size_t>(2000, 100000));
+        const double edge = subject.domain.edge;
+        for (const Method& method : methods())
+            for (const int resolution : resolutions) {
+                if (context.isStopped())
+                    return result;
+                context.say(
+                    subject.name + ", " + method.name + ", 1/" + std::to_string(resolution));
+                const Meshed meshed = method.mesh(subject, resolution);
+                const SurfaceError error = measure.of(meshed.mesh, meshed.step);
+                const Topology topology = topologyOf(meshed.mesh);
+                const std::size_t triangles = meshed.mesh.indices.size() / 3;
+                const double perStep = 1 / meshed.step;
+                errors.add(
+                    {subject.name,
+                     method.name,
+                     meshed.step / edge,
+                     count(triangles),
+                     1e3 * meshed.timing.least,
+                     count(meshed.timing.runs),
+                     std::max(error.toSurface.rms, error.toMesh.rms) / edge,
+                     error.toSurface.rms * perStep,
+                     error.toSurface.p99 * perStep,
+                     error.toSurface.max * perStep,
+                     error.toMesh.rms * perStep,
+                     error.toMesh.p99 * perStep,
+                     error.toMesh.max * perStep,
+                     error.normal.rms,
+                     count(topology.components),
+                     count(error.missedComponents),
+                     count(topology.euler),
+                     topology.quality,
+                     100.0 * static_cast<double>(topology.slivers) /
+                         static_cast<double>(std::max<std::size_t>(triangles, 1)),
+                     error.toSurface.rms / edge * static_cast<double>(triangles),
+                     100 * error.lostShare,
+                     hexadecimal(checksumOf(meshed.mesh))});
+                if (subject.name == "sphere" || subject.name == "torus") {
+                    const long wanted = subject.name == "sphere" ? 2 : 0;
+                    result.check(
+                        subject.name + " by " + method.name + " has its topology",
+                        topology.euler == wanted && topology.openEdges == 0,
+                        "Euler number " + std::to_string(topology.euler));
+                }
+            }
+        for (const char* const over : {"triangles", "cpu"})
+            errors.plots.push_back(
+                {subject.name + "-" + over,
+                 subject.name + ": error over " +
+                     (std::string(over) == "cpu" ? "time" : "triangles"),
+                 over,
+                 "error",
+                 "method",
+                 "field",
+                 subject.name,
+                 true,
+                 true,
+                 subject.isSmooth && std::string(over) == "triangles" ? std::vector<double>{-1}
+                                                                      : std::vector<double>{}});
+    }
+    Table slopes{
+        "slopes",
+        "How fast the error falls: slope of log error over log triangles (-1 is second order)",
+        {{"field", "", ""}, {"method", "", ""}, {"slope", "", "of the error over triangles"}},
+        {},
+        {}};
+    for (const Subject& subject : subjects)
+        for (const Method& method : methods()) {
+            const double slope = slopeOf(errors, subject.name, method.name);
+            slopes.add({subject.name, method.name, slope});
+            if (subject.name == "sphere" && method.name == "marching cubes")
+                result.check(
+                    "marching cubes is of second order on the sphere",
+                    std::abs(slope + 1) < 0.1,
+                    "slope " + textOf(slope));
+        }
+    result.tables = {std::move(errors), std::move(slopes)};
+    return result;
+}
+
+} // namespace isofront::bench
