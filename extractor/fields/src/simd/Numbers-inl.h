@@ -320,9 +320,9 @@ HWY_INLINE Range smoothLeast(const Range& a, const Range& b, float width)
 }
 HWY_INLINE Slope smoothLeast(const Slope& a, const Slope& b, float width)
 {
-    const Slope overlap =
-        most(fromConstant<Slope>(0.0F), width - magnitude(a - b)) * (1.0F / width);
-    return least(a, b) - squared(overlap) * (0.25F * width);
+    // In the same order as above, so that the value has the same bits.
+    const Slope overlap = most(fromConstant<Slope>(0.0F), width - magnitude(a - b));
+    return least(a, b) - squared(overlap) * (0.25F / width);
 }
 
 template <typename N>
