@@ -109,17 +109,24 @@ std::string niftiHeader(const NiftiOptions& options)
     return bytes;
 }
 
-float sampleAt(const fields::Field& field, glm::dvec3 point)
+float sampleAt(const fields::Field& field, glm::dvec3 point, double radius)
 {
     float value = 0;
     field.sample(
-        {std::span(&point.x, 1), std::span(&point.y, 1), std::span(&point.z, 1)},
+        {std::span(&point.x, 1),
+         std::span(&point.y, 1),
+         std::span(&point.z, 1),
+         std::span(&radius, 1)},
         std::span(&value, 1));
     return value;
 }
 
 std::size_t countExcludedSamples(
-    const fields::Field& field, const core::Box& range, std::size_t boxes, std::uint32_t seed)
+    const fields::Field& field,
+    const core::Box& range,
+    std::size_t boxes,
+    std::uint32_t seed,
+    double mostRadius)
 {
     constexpr std::size_t kPoints = 64;
     std::mt19937 random(seed);
@@ -127,6 +134,7 @@ std::size_t countExcludedSamples(
     std::vector<double> x(kPoints);
     std::vector<double> y(kPoints);
     std::vector<double> z(kPoints);
+    std::vector<double> radii(mostRadius > 0 ? kPoints : 0);
     std::vector<float> values(kPoints);
     std::size_t excluded = 0;
     const glm::dvec3 margin = 0.25 * range.size() + 1.0;
@@ -156,8 +164,21 @@ std::size_t countExcludedSamples(
             y[i] = between(1);
             z[i] = between(2);
         }
-        field.sample({x, y, z}, values);
-        const core::Interval bounds = field.bounds(box, {0, 0});
+        core::Interval radius{0, 0};
+        if (mostRadius > 0) { // of all magnitudes, from 0 on in every other box
+            radius.high = mostRadius * std::pow(unit(random), 4.0);
+            radius.low = b % 2 == 0 ? 0.0 : radius.high * unit(random);
+            for (double& each : radii) {
+                const double t = unit(random);
+                each = t < 0.2   ? radius.low
+                       : t < 0.4 ? radius.high
+                                 : std::min(
+                                       radius.high,
+                                       radius.low + unit(random) * (radius.high - radius.low));
+            }
+        }
+        field.sample({x, y, z, radii}, values);
+        const core::Interval bounds = field.bounds(box, radius);
         for (const float value : values) {
             const double cleaned =
                 std::isnan(value) ? -std::numeric_limits<double>::infinity() : double{value};

@@ -69,11 +69,17 @@ struct NiftiOptions {
 std::string niftiHeader(const NiftiOptions& options);
 
 /// One sample of a field.
-float sampleAt(const fields::Field& field, glm::dvec3 point);
+float sampleAt(const fields::Field& field, glm::dvec3 point, double radius = 0);
 
 /// Counts the samples at random points of random boxes that the bounds of the box exclude. NaN
 /// counts as -infinity. The boxes reach out of `range` by a quarter of its size.
+/// @param mostRadius  if above zero, each box has an interval of radii up to that, each point one
+///                    of them
 std::size_t countExcludedSamples(
-    const fields::Field& field, const core::Box& range, std::size_t boxes, std::uint32_t seed);
+    const fields::Field& field,
+    const core::Box& range,
+    std::size_t boxes,
+    std::uint32_t seed,
+    double mostRadius = 0);
 
 } // namespace isofront::test

@@ -156,7 +156,13 @@ TEST(VolumeField, hasExactBoundsOverABoxOfOneBrick)
     EXPECT_EQ(bounds(16, 24).low, 10);
     EXPECT_EQ(field.bounds({{0, 8, 8}, {8, 16, 16}}, {0, 0}).high, 10);
     EXPECT_EQ(bounds(-100, 100).high, 200);
-    EXPECT_EQ(bounds(30, 100).high, 90) << "outside, the last plane counts, which the brick has";
+    EXPECT_EQ(bounds(30, 100).high, 10) << "outside, the last plane counts, and no other";
+    at(24, 4, 4) = 70;
+    EXPECT_EQ(
+        VolumeField<std::uint8_t>(size, shared(voxels))
+            .bounds({{30, 0, 0}, {100, 8, 8}}, {0, 0})
+            .high,
+        70);
 }
 
 TEST(VolumeField, boundsEverythingWhereTheBoxIsEmptyOrNotANumber)

@@ -5,7 +5,6 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cfloat>
 #include <cmath>
 #include <cstddef>
@@ -67,78 +66,85 @@ struct Extremes {
     }
 };
 
-/// Bounds of a dense volume: level 0 has the extremes of bricks of 8^3 interpolation cells, that is
-/// 9^3 voxels with the last ones shared, and every further level those of 2^3 bricks.
+/// Extremes of the nodes of a grid over boxes of its cells, of which it has one less than nodes
+/// along each axis. Level 0 has those of bricks of 8^3 cells, that is 9^3 nodes with the last ones
+/// shared, and every further level those of 2^3 bricks.
+///
+/// A Grid has the nodes and answers
+///     `using Value`, the type of the nodes;
+///     `glm::ivec3 size() const`, how many there are, at least 1 along each axis;
+///     `const Value* row(int y, int z, std::vector<Value>& scratch) const`, the nodes along x;
+///     `Value at(int x, int y, int z) const`.
+/// The tree keeps no copy of it: the same grid is passed again with each question.
 ///
 /// Thread: any number of readers.
-template <typename T>
+template <typename Grid>
 class MinMaxTree {
 public:
+    using Value = typename Grid::Value;
     static constexpr int kBrickBits = 3;
 
-    /// @param voxels  x fastest, then y
-    MinMaxTree(glm::ivec3 dimensions, const T* voxels) : _dimensions(dimensions)
+    explicit MinMaxTree(const Grid& grid)
     {
         Level finest;
-        finest.size = glm::max((dimensions - 1 + 7) / 8, glm::ivec3(1));
+        finest.size = glm::max((grid.size() - 1 + 7) / 8, glm::ivec3(1));
         finest.bricks.resize(countOf(finest.size));
-        std::size_t next = 0;
-        for (int z = 0; z < finest.size.z; ++z)
-            for (int y = 0; y < finest.size.y; ++y)
-                for (int x = 0; x < finest.size.x; ++x)
-                    finest.bricks[next++] = extremesOf(glm::ivec3(x, y, z) * 8, voxels);
+        fillBricks(grid, finest);
         _levels.push_back(std::move(finest));
         while (countOf(_levels.back().size) > 1)
             _levels.push_back(coarsened(_levels.back()));
     }
 
-    /// What holds every sample at the points of the box, clamped to the volume.
-    [[nodiscard]] core::Interval bounds(const core::Box& box) const
+    [[nodiscard]] const Extremes<Value>& all() const { return _levels.back().bricks.front(); }
+
+    /// Extremes of the nodes of the cells from `first` to `last`, both included and between 0 and
+    /// size - 1: the last has the last nodes alone. Of a few more around them where they are many.
+    [[nodiscard]] Extremes<Value>
+    extremes(const Grid& grid, const glm::ivec3& first, const glm::ivec3& last) const
     {
-        if (box.isEmpty())
-            return _levels.back().bricks.front().samples();
-        std::array<int, 3> first{};
-        std::array<int, 3> last{};
+        const glm::ivec3 cells = last - first + 1;
+        if (cells.x <= kMostScanned && cells.y <= kMostScanned && cells.z <= kMostScanned &&
+            cells.x * cells.y * cells.z <= kMostScanned)
+            return scanned(grid, first, last);
+
+        const glm::ivec3 lastBrick = _levels.front().size - 1;
+        glm::ivec3 low = glm::min(first >> kBrickBits, lastBrick);
+        glm::ivec3 high = glm::min(last >> kBrickBits, lastBrick);
         std::size_t level = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double limit = _dimensions[axis] - 1;
-            const double low = std::clamp(box.low[axis], 0.0, limit);
-            const double high = std::clamp(box.high[axis], 0.0, limit);
-            // A point on a voxel plane needs that plane only, and so belongs to either cell.
-            const int firstCell = static_cast<int>(low);
-            const int lastCell = std::max(firstCell, static_cast<int>(std::ceil(high)) - 1);
-            const int lastBrick = _levels.front().size[axis] - 1;
-            first[axis] = std::min(firstCell >> kBrickBits, lastBrick);
-            last[axis] = std::min(lastCell >> kBrickBits, lastBrick);
-            while ((last[axis] >> level) - (first[axis] >> level) >= kMostBricks)
-                ++level;
+        const auto isWide = [&](std::size_t axis) { return high[axis] - low[axis] >= kMostBricks; };
+        for (; isWide(0) || isWide(1) || isWide(2); ++level) {
+            low >>= 1;
+            high >>= 1;
         }
         const Level& bricks = _levels[level];
-        Extremes<T> found;
-        for (int z = first[2] >> level; z <= last[2] >> level; ++z)
-            for (int y = first[1] >> level; y <= last[1] >> level; ++y)
-                for (int x = first[0] >> level; x <= last[0] >> level; ++x)
+        Extremes<Value> found;
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x)
                     found.include(bricks.at({x, y, z}));
-        return found.samples();
+        return found;
     }
 
     [[nodiscard]] std::uint64_t memoryBytes() const
     {
         std::uint64_t bytes = 0;
         for (const Level& level : _levels)
-            bytes += level.bricks.size() * sizeof(Extremes<T>);
+            bytes += level.bricks.size() * sizeof(Extremes<Value>);
         return bytes;
     }
 
 private:
     /// A query looks at no more bricks than this along an axis; a larger box uses a coarser level.
     static constexpr int kMostBricks = 4;
+    /// So few cells are looked at themselves, which is exact: the parts of a brick that are no
+    /// bricks, as halves and quarters of cubes of cells.
+    static constexpr int kMostScanned = 256;
 
     struct Level {
         glm::ivec3 size{0};
-        std::vector<Extremes<T>> bricks; ///< x fastest, then y
+        std::vector<Extremes<Value>> bricks; ///< x fastest, then y
 
-        [[nodiscard]] const Extremes<T>& at(glm::ivec3 brick) const
+        [[nodiscard]] const Extremes<Value>& at(glm::ivec3 brick) const
         {
             return bricks
                 [(static_cast<std::size_t>(brick.z) * static_cast<std::size_t>(size.y) +
@@ -154,18 +160,36 @@ private:
                static_cast<std::size_t>(size.z);
     }
 
-    [[nodiscard]] Extremes<T> extremesOf(glm::ivec3 low, const T* voxels) const
+    static Extremes<Value>
+    scanned(const Grid& grid, const glm::ivec3& first, const glm::ivec3& last)
     {
-        const glm::ivec3 high = glm::min(low + 8, _dimensions - 1);
-        Extremes<T> found;
-        for (int z = low.z; z <= high.z; ++z) {
-            for (int y = low.y; y <= high.y; ++y) {
-                const T* row = voxels + (std::int64_t{z} * _dimensions.y + y) * _dimensions.x;
-                for (int x = low.x; x <= high.x; ++x)
-                    found.include(row[x]);
+        const glm::ivec3 high = glm::min(last + 1, grid.size() - 1);
+        Extremes<Value> found;
+        for (int z = first.z; z <= high.z; ++z)
+            for (int y = first.y; y <= high.y; ++y)
+                for (int x = first.x; x <= high.x; ++x)
+                    found.include(grid.at(x, y, z));
+        return found;
+    }
+
+    /// Row after row, so that each is fetched once for all bricks along it.
+    static void fillBricks(const Grid& grid, Level& finest)
+    {
+        const glm::ivec3 size = grid.size();
+        std::vector<Value> scratch;
+        Extremes<Value>* bricks = finest.bricks.data();
+        for (int bz = 0; bz < finest.size.z; ++bz) {
+            for (int by = 0; by < finest.size.y; ++by, bricks += finest.size.x) {
+                for (int z = 8 * bz; z <= std::min(8 * bz + 8, size.z - 1); ++z) {
+                    for (int y = 8 * by; y <= std::min(8 * by + 8, size.y - 1); ++y) {
+                        const Value* const row = grid.row(y, z, scratch);
+                        for (int bx = 0; bx < finest.size.x; ++bx)
+                            for (int x = 8 * bx; x <= std::min(8 * bx + 8, size.x - 1); ++x)
+                                bricks[bx].include(row[x]);
+                    }
+                }
             }
         }
-        return found;
     }
 
     static Level coarsened(const Level& fine)
@@ -178,7 +202,7 @@ private:
                 for (int x = 0; x < coarse.size.x; ++x) {
                     const glm::ivec3 low(2 * x, 2 * y, 2 * z);
                     const glm::ivec3 high = glm::min(low + 1, fine.size - 1);
-                    Extremes<T> found;
+                    Extremes<Value> found;
                     for (int fz = low.z; fz <= high.z; ++fz)
                         for (int fy = low.y; fy <= high.y; ++fy)
                             for (int fx = low.x; fx <= high.x; ++fx)
@@ -190,7 +214,6 @@ private:
         return coarse;
     }
 
-    glm::ivec3 _dimensions;
     std::vector<Level> _levels; ///< finest first
 };
 
