@@ -28,6 +28,11 @@ struct Trial {
                ", filter = " + std::to_string(settings.filterStrength) +
                ", isovalue = " + std::to_string(settings.isovalue) +
                ", closed = " + std::to_string(settings.closed) +
+               ", smooth = " + std::to_string(settings.smoothIterations) +
+               ", reproject = " + std::to_string(settings.reproject) +
+               ", simplify = " + std::to_string(settings.simplifyError) + " by " +
+               std::to_string(settings.simplifyChoices) +
+               ", normals = " + std::to_string(static_cast<int>(settings.normals)) +
                ", edge = " + std::to_string(domain.edge) +
                ", origin = " + std::to_string(domain.origin.x) + ", " + std::to_string(cells) +
                " cells";
@@ -131,6 +136,13 @@ TEST(Fuzz, noCombinationOfSettingsCracks)
                                   ? std::round(tests::uniform(generator, kind.low, kind.high))
                                   : tests::uniform(generator, kind.low, kind.high);
         const bool smooth = kind.value == kKinds[5].value || kind.value == kKinds[7].value;
+        t.settings.smoothIterations = static_cast<int>(tests::below(generator, 4));
+        t.settings.reproject = tests::below(generator, 2) == 0;
+        t.settings.simplifyError = tests::below(generator, 3) == 0
+                                       ? 0.0
+                                       : std::pow(10.0, tests::uniform(generator, -2, 1));
+        t.settings.simplifyChoices = static_cast<int>(1 + tests::below(generator, 16));
+        t.settings.normals = static_cast<NormalSource>(tests::below(generator, 3));
         const std::uint64_t fieldSeed = generator();
         const hierarchy::Domain& domain = t.domain;
         const auto field = std::make_shared<tests::FunctionField>(

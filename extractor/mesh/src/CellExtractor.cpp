@@ -1,13 +1,17 @@
 #include "isofront/extractor/CellExtractor.h"
 
 #include "CellGeometry.h"
+#include "Decimation.h"
 #include "ErrorEstimate.h"
 #include "Normals.h"
 #include "RoughMesh.h"
 #include "Samples.h"
+#include "Smoothing.h"
 #include "isofront/extractor/MarchingCubesTable.h"
 
 #include <isofront/core/Assert.h>
+#include <isofront/core/Hash.h>
+#include <isofront/hierarchy/Criterion.h>
 
 #include <glm/geometric.hpp>
 
@@ -19,6 +23,18 @@
 #include <utility>
 
 namespace isofront::extractor {
+
+/// What a worker reuses from cell to cell.
+struct CellScratch {
+    Samples samples;
+    RoughMesh mesh;
+    std::vector<std::uint16_t> vertexOfEdge;
+    std::vector<std::uint16_t> vertexOfPoint;
+    PointColumns points;
+    VertexMoves moves;
+    SmoothingScratch smoothing;
+    DecimationScratch decimation;
+};
 
 namespace {
 
@@ -32,15 +48,6 @@ double secondsSince(Clock::time_point start)
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// What a worker reuses from cell to cell.
-struct Scratch {
-    Samples samples;
-    RoughMesh mesh;
-    std::vector<std::uint16_t> vertexOfEdge;
-    std::vector<std::uint16_t> vertexOfPoint;
-    PointColumns points;
-};
-
 /// Makes the triangles of one cell from its samples.
 class Contour {
 public:
@@ -49,7 +56,7 @@ public:
         const VolumeMesh& mesh,
         const ExtractionSettings& settings,
         bool hasDataBox,
-        Scratch& scratch)
+        CellScratch& scratch)
         : _geometry(geometry), _mesh(mesh), _settings(settings), _hasDataBox(hasDataBox),
           _scratch(scratch), _samples(scratch.samples)
     {
@@ -231,7 +238,7 @@ private:
     const VolumeMesh& _mesh;
     const ExtractionSettings& _settings;
     bool _hasDataBox;
-    Scratch& _scratch;
+    CellScratch& _scratch;
     const Samples& _samples;
 };
 
@@ -312,7 +319,7 @@ bool CellExtractor::extractInto(
     CellTrace* trace,
     const std::atomic<bool>* cancelled) const
 {
-    thread_local Scratch scratch;
+    thread_local CellScratch scratch;
     const auto isCancelled = [&] {
         return cancelled != nullptr && cancelled->load(std::memory_order_relaxed);
     };
@@ -373,7 +380,17 @@ bool CellExtractor::extractInto(
     if (mayCap)
         contour.capWalls(cell);
     scratch.mesh.compact();
+    if (trace != nullptr)
+        trace->contourSeconds += secondsSince(start);
+    if (isCancelled())
+        return false;
+
     const hierarchy::GridPoint corner = hierarchy::gridFromLattice(geometry.low);
+    polish(cell, {corner, geometry.cellExponent}, scratch, trace);
+    if (isCancelled())
+        return false;
+
+    start = Clock::now();
     result.vertices.resize(scratch.mesh.vertices.size());
     result.indices.assign(scratch.mesh.indices.begin(), scratch.mesh.indices.end());
     for (std::size_t i = 0; i < scratch.mesh.vertices.size(); ++i) {
@@ -389,12 +406,6 @@ bool CellExtractor::extractInto(
         if (trace != nullptr && rough.isBorder())
             trace->borders.push_back({static_cast<std::uint16_t>(i), rough.feature, rough.key});
     }
-    if (trace != nullptr)
-        trace->contourSeconds += secondsSince(start);
-    if (isCancelled())
-        return false;
-
-    start = Clock::now();
     PointColumns& points = scratch.points;
     setNormals(*_field, _domain, _dataBox, _settings, scratch.mesh, points, result);
     if (_settings.attributes && _field->hasAttributes())
@@ -404,6 +415,46 @@ bool CellExtractor::extractInto(
     if (trace != nullptr)
         trace->normalSeconds += secondsSince(start);
     return true;
+}
+
+void CellExtractor::polish(
+    const hierarchy::Tetrahedron& cell,
+    const CellFrame& frame,
+    CellScratch& scratch,
+    CellTrace* trace) const
+{
+    const double step = hierarchy::axisStep(cell.level, _settings.latticeSize);
+    if (_settings.smoothIterations > 0 || _settings.reproject) {
+        const auto start = Clock::now();
+        scratch.moves.begin(scratch.mesh, frame);
+        smooth(scratch.mesh, _settings.smoothIterations, scratch.moves, scratch.smoothing);
+        if (_settings.reproject)
+            reproject(
+                *_field,
+                _domain,
+                _settings,
+                scratch.mesh,
+                frame,
+                step * _domain.edge,
+                scratch.moves,
+                scratch.points);
+        scratch.moves.commit(scratch.mesh, frame);
+        if (trace != nullptr)
+            trace->smoothSeconds += secondsSince(start);
+    }
+    if (_settings.simplifyError > 0) {
+        const auto start = Clock::now();
+        DecimationSettings decimation;
+        decimation.tolerance =
+            _settings.simplifyError * std::ldexp(step, hierarchy::kGridBits - frame.exponent);
+        decimation.choices = _settings.simplifyChoices;
+        for (const hierarchy::LatticePoint& p : cell.corner)
+            decimation.seed = core::hashCombined(
+                core::hashCombined(decimation.seed, (std::uint64_t{p.x} << 32U) | p.y), p.z);
+        decimate(scratch.mesh, frame, decimation, scratch.decimation);
+        if (trace != nullptr)
+            trace->simplifySeconds += secondsSince(start);
+    }
 }
 
 bool CellExtractor::provesEmpty(const core::Box& box) const

@@ -29,8 +29,11 @@ struct RoughVertex {
     /// A lattice point of a cap on the domain's wall, whose normal is `fallback`.
     bool wall = false;
 
-    /// Whether a neighbouring cell has this vertex, too: then it is never moved or removed.
+    /// Whether a neighbouring cell has this vertex, too.
     [[nodiscard]] bool isBorder() const { return feature != 0; }
+    /// Whether it must stay. Around any other vertex the triangles close up: all hexahedra at its
+    /// lattice edge are the cell's own, and only triangles between caps are ever left out.
+    [[nodiscard]] bool isLocked() const { return isBorder() || cap; }
 };
 
 /// The mesh of a cell while it is being made. Part of the worker's scratch.

@@ -15,6 +15,9 @@
 
 namespace isofront::extractor {
 
+struct CellFrame;
+struct CellScratch;
+
 /// Where normals come from. All of them see the field at the vertex's own filter radius.
 enum class NormalSource {
     analytic,    ///< the field's own gradient; six samples for fields that have none
@@ -39,6 +42,20 @@ struct ExtractionSettings {
     bool closed = false;
     /// Don't sample cells that the field's bounds prove empty. The meshes are the same either way.
     bool skipEmptyCells = true;
+    /// Passes that even out the triangles inside cells; 0 leaves them as they were contoured. Few
+    /// slivers are left after one or two, and many passes round detail off. Vertices on borders of
+    /// cells stay, and so do the slivers there.
+    int smoothIterations = 0;
+    /// After smoothing, bring vertices back to the surface by one Newton step. Costs a value and a
+    /// gradient a vertex.
+    bool reproject = false;
+    /// Removes vertices inside cells as long as the root of the mean squared distance between what
+    /// is removed and what stays is below this share of the axis step; 0 removes none. Errors reach
+    /// about twice as much. Vertices on borders of cells stay.
+    double simplifyError = 0;
+    /// d: candidates that each removal is chosen from. More make a little fewer triangles, and take
+    /// longer.
+    int simplifyChoices = 8;
     NormalSource normals = NormalSource::analytic;
     /// Ask the field for its words at the vertices, if it has any: CellMesh::attributes.
     bool attributes = false;
@@ -60,6 +77,8 @@ struct CellTrace {
     std::vector<BorderVertex> borders;
     double sampleSeconds = 0;
     double contourSeconds = 0;
+    double smoothSeconds = 0;
+    double simplifySeconds = 0;
     double normalSeconds = 0;
 };
 
@@ -108,6 +127,13 @@ public:
     [[nodiscard]] const ExtractionSettings& settings() const { return _settings; }
 
 private:
+    /// The stages between contouring and normals.
+    void polish(
+        const hierarchy::Tetrahedron& cell,
+        const CellFrame& frame,
+        CellScratch& scratch,
+        CellTrace* trace) const;
+
     std::shared_ptr<const fields::Field> _field;
     std::optional<core::Box> _dataBox;
     hierarchy::Domain _domain;
