@@ -11,17 +11,29 @@ namespace isofront::fields {
 
 namespace {
 
+FractalProgram programOf(const NoiseSettings& settings)
+{
+    const FractalSettings octaves{
+        .wavelength = settings.wavelength,
+        .octaves = settings.octaves,
+        .amplitude = settings.amplitude,
+        .lacunarity = settings.lacunarity,
+        .gain = settings.gain};
+    FractalProgram program;
+    program.kind = settings.kind;
+    program.fractal = settings.fractal;
+    if (settings.plane)
+        program.plane =
+            planeOctaves(octaves, settings.seed, settings.filterStrength, settings.kind);
+    else
+        program.space = spaceOctaves(octaves, settings.seed, settings.filterStrength);
+    return program;
+}
+
 class FractalNoise final : public Field {
 public:
     explicit FractalNoise(const NoiseSettings& settings)
-        : _octaves(spaceOctaves(
-              {.wavelength = settings.wavelength,
-               .octaves = settings.octaves,
-               .amplitude = settings.amplitude,
-               .lacunarity = settings.lacunarity,
-               .gain = settings.gain},
-              settings.seed,
-              settings.filterStrength)),
+        : _program(programOf(settings)),
           _shortest(
               settings.wavelength / std::pow(settings.lacunarity, double(settings.octaves - 1)))
     {
@@ -29,15 +41,20 @@ public:
 
     void sample(const SampleBatch& batch, std::span<float> values) const override
     {
-        sampleFractal(_octaves, batch, values);
+        sampleFractal(_program, batch, values);
     }
     void gradient(const SampleBatch& batch, GradientSpans gradients) const override
     {
-        gradientFractal(_octaves, batch, gradients);
+        gradientFractal(_program, batch, {}, gradients);
+    }
+    void sampleWithGradient(
+        const SampleBatch& batch, std::span<float> values, GradientSpans gradients) const override
+    {
+        gradientFractal(_program, batch, values, gradients);
     }
     core::Interval bounds(const core::Box& box, core::Interval radius) const override
     {
-        return boundFractal(_octaves, box, radius);
+        return boundFractal(_program, box, radius);
     }
     double differenceStep(double radius) const override
     {
@@ -45,7 +62,7 @@ public:
     }
 
 private:
-    std::vector<SpaceOctave> _octaves;
+    FractalProgram _program;
     double _shortest; // [field]
 };
 
@@ -56,6 +73,8 @@ std::shared_ptr<const Field> fractalNoise(const NoiseSettings& settings)
     ISOFRONT_ASSERT(settings.wavelength > 0, "a wavelength must be above zero");
     ISOFRONT_ASSERT(
         settings.octaves >= 1 && settings.octaves <= 32, "noise has between 1 and 32 octaves");
+    ISOFRONT_ASSERT(
+        settings.lacunarity >= 1, "an octave's waves are no longer than those of the one before");
     return std::make_shared<FractalNoise>(settings);
 }
 

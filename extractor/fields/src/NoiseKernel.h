@@ -2,16 +2,32 @@
 
 #include "Octaves.h"
 #include "isofront/fields/Field.h"
+#include "isofront/fields/Noise.h"
+
+#include <vector>
 
 namespace isofront::fields {
 
-/// The weighted sum of octaves; each call runs on the best instruction set of the machine, and
-/// gives the same bits on all of them.
+/// A fractal sum with its octaves drawn: those of space, or those of the plane.
+struct FractalProgram {
+    NoiseKind kind = NoiseKind::gradient;
+    FractalKind fractal = FractalKind::brownian;
+    std::vector<SpaceOctave> space;
+    std::vector<PlaneOctave> plane;
+};
+
+// The weighted sum of octaves; each call runs on the best instruction set of the machine, and gives
+// the same bits on all of them.
+
 void sampleFractal(
-    std::span<const SpaceOctave> octaves, const SampleBatch& batch, std::span<float> values);
+    const FractalProgram& program, const SampleBatch& batch, std::span<float> values);
+/// @param values  as `sampleFractal` gives them; or empty, if only the gradient is asked for
 void gradientFractal(
-    std::span<const SpaceOctave> octaves, const SampleBatch& batch, const GradientSpans& gradients);
-core::Interval boundFractal(
-    std::span<const SpaceOctave> octaves, const core::Box& box, const core::Interval& radius);
+    const FractalProgram& program,
+    const SampleBatch& batch,
+    std::span<float> values,
+    const GradientSpans& gradients);
+core::Interval
+boundFractal(const FractalProgram& program, const core::Box& box, const core::Interval& radius);
 
 } // namespace isofront::fields

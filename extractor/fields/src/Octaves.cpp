@@ -45,8 +45,8 @@ spaceOctaves(const FractalSettings& settings, std::uint64_t seed, double filterS
     return octaves;
 }
 
-std::vector<PlaneOctave>
-planeOctaves(const FractalSettings& settings, std::uint64_t seed, double filterStrength)
+std::vector<PlaneOctave> planeOctaves(
+    const FractalSettings& settings, std::uint64_t seed, double filterStrength, NoiseKind kind)
 {
     // 3 / 5 and 4 / 5 turn by 36.87 degrees, no rational part of a circle, and need no sine.
     constexpr double kCosine = 0.8;
@@ -63,6 +63,15 @@ planeOctaves(const FractalSettings& settings, std::uint64_t seed, double filterS
         octave.first[1] = frequency * sine;
         octave.second[0] = -frequency * sine;
         octave.second[1] = frequency * cosine;
+        if (kind == NoiseKind::simplex) {
+            // From square coordinates to those along two edges of triangles, of length sqrt(2/3).
+            constexpr double kAlong = 1.224744871391589;   // sqrt(3/2)
+            constexpr double kAcross = 0.7071067811865476; // sqrt(1/2)
+            for (int axis = 0; axis < 2; ++axis) {
+                octave.first[axis] = kAlong * octave.first[axis] - kAcross * octave.second[axis];
+                octave.second[axis] = 2 * kAcross * octave.second[axis];
+            }
+        }
         for (int axis = 0; axis < 2; ++axis)
             octave.offset[axis] =
                 kOffsetRange * unitNumber(core::hashCombined(key, std::uint64_t(axis) + 1));

@@ -169,7 +169,7 @@ void sampleTerrainOn(const TerrainProgram& program, const SampleBatch& batch, fl
 void gradientTerrainOn(
     const TerrainProgram& program, const SampleBatch& batch, const GradientSpans& gradients)
 {
-    gradientBatch(Terrain{program}, batch, gradients);
+    gradientBatch(Terrain{program}, batch, nullptr, gradients);
 }
 
 core::Interval

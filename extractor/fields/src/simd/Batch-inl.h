@@ -33,6 +33,29 @@ HWY_INLINE void stored(const DoublePair& pair, double* to)
     hn::StoreU(pair.second, d, to + kLanes / 2);
 }
 
+/// Writes the lanes that count.
+HWY_INLINE void storedPart(const DoublePair& pair, std::size_t count, double* to)
+{
+    if (count == kLanes) {
+        stored(pair, to);
+    } else {
+        double all[kLanes];
+        stored(pair, all);
+        std::copy_n(all, count, to);
+    }
+}
+HWY_INLINE void storedPart(Floats lanes, std::size_t count, float* to)
+{
+    const FloatTag f;
+    if (count == kLanes) {
+        hn::StoreU(lanes, f, to);
+    } else {
+        float all[kLanes];
+        hn::StoreU(lanes, f, all);
+        std::copy_n(all, count, to);
+    }
+}
+
 /// Calls `body(x, y, z, radius, first, count)` for each group of lanes. The last group is filled up
 /// with copies of the last point, so that no lane knows where in the batch it stands.
 template <typename Body>
@@ -68,7 +91,6 @@ HWY_INLINE void forEachGroup(const SampleBatch& batch, const Body& body)
 template <typename Formula>
 void sampleBatch(const Formula& formula, const SampleBatch& batch, float* values)
 {
-    const FloatTag f;
     forEachGroup(
         batch,
         [&](const DoublePair& x,
@@ -80,18 +102,14 @@ void sampleBatch(const Formula& formula, const SampleBatch& batch, float* values
             const Floats radius = narrowed(r);
             const Value value =
                 formula.template at<Value>(Point<Value>{{x}, {y}, {z}}, Radius{radius, radius});
-            if (count == kLanes) {
-                hn::StoreU(value.v, f, values + first);
-            } else {
-                float all[kLanes];
-                hn::StoreU(value.v, f, all);
-                std::copy_n(all, count, values + first);
-            }
+            storedPart(value.v, count, values + first);
         });
 }
 
+/// @param values  null if only the gradient is asked for
 template <typename Formula>
-void gradientBatch(const Formula& formula, const SampleBatch& batch, const GradientSpans& to)
+void gradientBatch(
+    const Formula& formula, const SampleBatch& batch, float* values, const GradientSpans& to)
 {
     forEachGroup(
         batch,
@@ -107,15 +125,11 @@ void gradientBatch(const Formula& formula, const SampleBatch& batch, const Gradi
             const Slope slope = formula.template at<Slope>(
                 Point<Slope>{{x, one, zero, zero}, {y, zero, one, zero}, {z, zero, zero, one}},
                 Radius{radius, radius});
-            double all[3][kLanes];
-            stored(widened(slope.x), all[0]);
-            stored(widened(slope.y), all[1]);
-            stored(widened(slope.z), all[2]);
-            for (std::size_t i = 0; i < count; ++i) {
-                to.x[first + i] = all[0][i];
-                to.y[first + i] = all[1][i];
-                to.z[first + i] = all[2][i];
-            }
+            if (values != nullptr)
+                storedPart(slope.v, count, values + first);
+            storedPart(widened(slope.x), count, to.x.data() + first);
+            storedPart(widened(slope.y), count, to.y.data() + first);
+            storedPart(widened(slope.z), count, to.z.data() + first);
         });
 }
 
