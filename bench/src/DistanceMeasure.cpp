@@ -49,7 +49,7 @@ public:
     }
 
     /// Pixels a unit of length at that point; 0 if it is not seen.
-    [[nodiscard]] double pixelsAt(const glm::dvec3& point, double step) const
+    [[nodiscard]] double pixelsAt(const glm::dvec3& point, double stepPixels) const
     {
         const glm::dvec3 offset = point - _view.eye;
         const double depth = glm::dot(offset, _forward);
@@ -58,7 +58,7 @@ public:
             return 0;
         const double distance = glm::length(offset);
         // what lies just under the mesh is part of what is seen
-        const double margin = std::min(0.5, 2 * step / distance);
+        const double margin = std::min(0.5, 2 * stepPixels / _view.pixelsPerUnit());
         if (_tree.isBlocked(point, _view.eye, margin))
             return 0;
         return _view.pixelsPerUnit() / distance;
@@ -191,22 +191,31 @@ DistanceMeasure::DistanceMeasure(
 
 SurfaceError DistanceMeasure::of(const surface::TriangleMesh& mesh, double step) const
 {
-    return weighted(mesh, TriangleTree(mesh), step, [](const glm::dvec3&) { return 1.0; });
+    return weighted(
+        mesh,
+        TriangleTree(mesh),
+        [step](const glm::dvec3&) { return step; },
+        [](const glm::dvec3&) { return 1.0; });
 }
 
 SurfaceError DistanceMeasure::of(
-    const surface::TriangleMesh& mesh, double step, const hierarchy::View& view) const
+    const surface::TriangleMesh& mesh, const hierarchy::View& view, double stepPixels) const
 {
     const TriangleTree tree(mesh);
     const Sight sight(view, tree);
     return weighted(
-        mesh, tree, step, [&](const glm::dvec3& point) { return sight.pixelsAt(point, step); });
+        mesh,
+        tree,
+        [&](const glm::dvec3& point) {
+            return stepPixels / view.pixelsPerUnit() * glm::distance(point, view.eye);
+        },
+        [&](const glm::dvec3& point) { return sight.pixelsAt(point, stepPixels); });
 }
 
 SurfaceError DistanceMeasure::weighted(
     const surface::TriangleMesh& mesh,
     const TriangleTree& tree,
-    double step,
+    const Step& step,
     const Weight& weight) const
 {
     SurfaceError error;
@@ -238,7 +247,7 @@ SurfaceError DistanceMeasure::weighted(
     forEach(*_jobs, _reference.points.size(), [&](std::size_t i) {
         const double worth = weight(_reference.points[i]);
         const double distance = tree.nearest(_reference.points[i]).distance;
-        isNear[i] = distance <= step ? 1 : 0;
+        isNear[i] = distance <= step(_reference.points[i]) ? 1 : 0;
         if (worth > 0)
             backward[i] = worth * (std::isfinite(distance) ? distance : _reach);
     });

@@ -12,6 +12,17 @@ const std::vector<Suite>& suites()
         {"accuracy",
          "How far is the mesh from the true surface, by triangles and time, against other methods?",
          runAccuracy},
+        {"lattice",
+         "Are many small cells with few samples better than few large ones with many?",
+         runLattice},
+        {"pixel-error", "How much error is seen when so much is asked for?", runPixelError},
+        {"kappa", "What does the low-pass filter take away, and what does it spare?", runKappa},
+        {"normals", "How good are normals from fewer samples?", runNormals},
+        {"stages", "Where does the time in a cell go?", runStages},
+        {"growth", "How do time and memory grow with the domain?", runGrowth},
+        {"hilbert", "What is the order of triangles worth to a vertex cache?", runHilbert},
+        {"volumes", "How fast and how good are meshes of volume files?", runVolumes},
+        {"bounds", "How many of the empty cells are never sampled?", runBounds},
     };
     return all;
 }

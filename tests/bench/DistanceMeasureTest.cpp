@@ -284,7 +284,7 @@ TEST(DistanceMeasure, isTheProjectedShiftForAViewerWhoSeesIt)
     view.width = view.height = 500;
     const double shift = 0.01;
     const auto mesh = tests::square(0.5 + shift, 4);
-    const SurfaceError error = measure.of(mesh, 0.05, view);
+    const SurfaceError error = measure.of(mesh, view, 5);
     const double most = shift * view.pixelsPerUnit() / 2;
     EXPECT_NEAR(error.toSurface.max, most, 0.01 * most);
     EXPECT_GT(error.toSurface.rms, most / std::sqrt(1 + 0.5 / 4));
@@ -294,9 +294,9 @@ TEST(DistanceMeasure, isTheProjectedShiftForAViewerWhoSeesIt)
     // what lies behind another sheet is not seen, nor what lies outside the picture
     surface::TriangleMesh hiding = mesh;
     tests::append(hiding, tests::square(0.3, 4));
-    EXPECT_NEAR(measure.of(hiding, 0.01, view).toSurface.max, most, 0.01 * most);
+    EXPECT_NEAR(measure.of(hiding, view, 5).toSurface.max, most, 0.01 * most);
     view.verticalFieldOfView = 2 * std::atan(0.125); // a quarter of the square's sides
-    const SurfaceError narrow = measure.of(mesh, 0.05, view);
+    const SurfaceError narrow = measure.of(mesh, view, 5);
     EXPECT_NEAR(static_cast<double>(narrow.toSurface.samples), 5000 / 4.0, 60);
 }
 

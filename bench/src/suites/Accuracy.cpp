@@ -2,6 +2,7 @@
 // Detail and Applications", Fig. 17: error over triangles at uniform detail, for cells, marching
 // cubes and the tetrahedra of the hierarchy.
 
+#include "Figures.h"
 #include "Subjects.h"
 #include "Suites.h"
 #include "isofront/bench/GridContour.h"
@@ -10,10 +11,7 @@
 
 #include <isofront/hierarchy/Criterion.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 
@@ -23,33 +21,14 @@ namespace {
 
 Table errorTable()
 {
-    return {
+    Table table{
         "errors",
         "Error, time and topology of each method at each step",
-        {{"field", "", "what is meshed"},
-         {"method", "", "how: cells of lattice size n are ours"},
-         {"step", "edge", "lattice step, as a share of the domain's edge"},
-         {"triangles", "", "triangles"},
-         {"cpu", "ms", "sampling, contouring and normals, one thread"},
-         {"runs", "", "timed runs"},
-         {"error", "edge", "root mean square distance, the larger of both ways"},
-         {"rms", "steps", "mesh to surface, root mean square"},
-         {"p99", "steps", "mesh to surface, 99 % below"},
-         {"max", "steps", "mesh to surface, greatest"},
-         {"back_rms", "steps", "surface to mesh, root mean square"},
-         {"back_p99", "steps", "surface to mesh, 99 % below"},
-         {"back_max", "steps", "surface to mesh, greatest"},
-         {"normal", "deg", "angle of normals, root mean square"},
-         {"components", "", "parts of the mesh"},
-         {"missed", "", "parts of the surface without mesh"},
-         {"euler", "", "Euler number"},
-         {"quality", "", "mean triangle quality, 1 is equilateral"},
-         {"slivers", "%", "triangles of quality below 0.2"},
-         {"constant", "", "rms [edge] times triangles: constant for methods of second order"},
-         {"lost", "%", "samples without surface in reach"},
-         {"checksum", "", "of positions and indices"}},
+        {{"field", "", "what is meshed"}, {"method", "", "how: cells of lattice size n are ours"}},
         {},
         {}};
+    appendFigureColumns(table);
+    return table;
 }
 
 struct Meshed {
@@ -110,14 +89,6 @@ std::vector<Method> methods()
         {"tetrahedra", byTetrahedra}};
 }
 
-std::string hexadecimal(std::uint64_t value)
-{
-    std::array<char, 20> text{};
-    (void)std::snprintf(
-        text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
-    return text.data();
-}
-
 /// Slope of the line of least squares through the logarithms of one curve.
 double slopeOf(const Table& table, const std::string& field, const std::string& method)
 {
@@ -155,7 +126,6 @@ SuiteResult runAccuracy(const Context& context)
             subject,
             context.pick(1.0 / 64, 1.0 / 512),
             context.pick<std::size_t>(2000, 100000));
-        const double edge = subject.domain.edge;
         for (const Method& method : methods())
             for (const int resolution : resolutions) {
                 if (context.isStopped())
@@ -163,34 +133,10 @@ SuiteResult runAccuracy(const Context& context)
                 context.say(
                     subject.name + ", " + method.name + ", 1/" + std::to_string(resolution));
                 const Meshed meshed = method.mesh(subject, resolution);
-                const SurfaceError error = measure.of(meshed.mesh, meshed.step);
-                const Topology topology = topologyOf(meshed.mesh);
-                const std::size_t triangles = meshed.mesh.indices.size() / 3;
-                const double perStep = 1 / meshed.step;
-                errors.add(
-                    {subject.name,
-                     method.name,
-                     meshed.step / edge,
-                     count(triangles),
-                     1e3 * meshed.timing.least,
-                     count(meshed.timing.runs),
-                     std::max(error.toSurface.rms, error.toMesh.rms) / edge,
-                     error.toSurface.rms * perStep,
-                     error.toSurface.p99 * perStep,
-                     error.toSurface.max * perStep,
-                     error.toMesh.rms * perStep,
-                     error.toMesh.p99 * perStep,
-                     error.toMesh.max * perStep,
-                     error.normal.rms,
-                     count(topology.components),
-                     count(error.missedComponents),
-                     count(topology.euler),
-                     topology.quality,
-                     100.0 * static_cast<double>(topology.slivers) /
-                         static_cast<double>(std::max<std::size_t>(triangles, 1)),
-                     error.toSurface.rms / edge * static_cast<double>(triangles),
-                     100 * error.lostShare,
-                     hexadecimal(checksumOf(meshed.mesh))});
+                std::vector<Cell> row{subject.name, method.name};
+                const Topology topology = appendFigures(
+                    row, meshed.mesh, meshed.step, subject.domain.edge, meshed.timing, measure);
+                errors.add(std::move(row));
                 if (subject.name == "sphere" || subject.name == "torus") {
                     const long wanted = subject.name == "sphere" ? 2 : 0;
                     result.check(

@@ -7,5 +7,14 @@ namespace isofront::bench {
 // One function a suite; what each answers stands in the list of Suite.cpp.
 
 SuiteResult runAccuracy(const Context& context);
+SuiteResult runBounds(const Context& context);
+SuiteResult runGrowth(const Context& context);
+SuiteResult runHilbert(const Context& context);
+SuiteResult runKappa(const Context& context);
+SuiteResult runLattice(const Context& context);
+SuiteResult runNormals(const Context& context);
+SuiteResult runPixelError(const Context& context);
+SuiteResult runStages(const Context& context);
+SuiteResult runVolumes(const Context& context);
 
 } // namespace isofront::bench

@@ -90,18 +90,22 @@ public:
     /// The same on the screen, over what a viewer sees: distances across the line of sight and
     /// along it alike, divided by how far away they are [px]. Points outside the picture or behind
     /// the mesh are left out.
+    /// @param stepPixels  that a lattice step of the mesh covers [px]; what lies less than two of
+    ///                    them behind the mesh still belongs to what is seen
     [[nodiscard]] SurfaceError
-    of(const surface::TriangleMesh& mesh, double step, const hierarchy::View& view) const;
+    of(const surface::TriangleMesh& mesh, const hierarchy::View& view, double stepPixels) const;
 
     [[nodiscard]] const Reference& reference() const { return _reference; }
 
 private:
     /// What one unit of length is worth at a point; not above 0 if the point doesn't count.
     using Weight = std::function<double(const glm::dvec3&)>;
+    /// The mesh's lattice step at a point [world].
+    using Step = std::function<double(const glm::dvec3&)>;
     [[nodiscard]] SurfaceError weighted(
         const surface::TriangleMesh& mesh,
         const TriangleTree& tree,
-        double step,
+        const Step& step,
         const Weight& weight) const;
 
     TrueSurface _surface;
