@@ -37,43 +37,65 @@ bool contains(const core::Box& box, const glm::dvec3& p)
            box.low.z <= p.z && p.z <= box.high.z;
 }
 
-/// What a viewer sees of a mesh, by the mesh itself.
+/// What is in the picture of a view.
+struct ViewFrame {
+    explicit ViewFrame(const hierarchy::View& view)
+        : eye(view.eye), forward(glm::normalize(view.forward)),
+          right(glm::normalize(glm::cross(forward, view.up))), up(glm::cross(right, forward)),
+          tangent(std::tan(view.verticalFieldOfView / 2)),
+          aspect(static_cast<double>(view.width) / view.height)
+    {
+    }
+    [[nodiscard]] bool contains(const glm::dvec3& point) const
+    {
+        const glm::dvec3 offset = point - eye;
+        const double depth = glm::dot(offset, forward);
+        return depth > 0 && std::abs(glm::dot(offset, right)) <= depth * tangent * aspect &&
+               std::abs(glm::dot(offset, up)) <= depth * tangent;
+    }
+
+    glm::dvec3 eye, forward, right, up;
+    double tangent, aspect;
+};
+
+/// What a viewer sees past a mesh.
 class Sight {
 public:
     Sight(const hierarchy::View& view, const TriangleTree& tree)
-        : _view(view), _tree(tree), _forward(glm::normalize(view.forward)),
-          _right(glm::normalize(glm::cross(_forward, view.up))), _up(glm::cross(_right, _forward)),
-          _tangent(std::tan(view.verticalFieldOfView / 2)),
-          _aspect(static_cast<double>(view.width) / view.height)
+        : _frame(view), _pixelsPerUnit(view.pixelsPerUnit()), _tree(tree)
     {
     }
 
     /// Pixels a unit of length at that point; 0 if it is not seen.
-    [[nodiscard]] double pixelsAt(const glm::dvec3& point, double stepPixels) const
+    /// @param margin  how far behind the mesh a point may lie, as a share of its distance
+    [[nodiscard]] double pixelsAt(const glm::dvec3& point, double margin) const
     {
-        const glm::dvec3 offset = point - _view.eye;
-        const double depth = glm::dot(offset, _forward);
-        if (depth <= 0 || std::abs(glm::dot(offset, _right)) > depth * _tangent * _aspect ||
-            std::abs(glm::dot(offset, _up)) > depth * _tangent)
+        if (!_frame.contains(point) || _tree.isBlocked(point, _frame.eye, std::min(0.5, margin)))
             return 0;
-        const double distance = glm::length(offset);
-        // what lies just under the mesh is part of what is seen
-        const double margin = std::min(0.5, 2 * stepPixels / _view.pixelsPerUnit());
-        if (_tree.isBlocked(point, _view.eye, margin))
-            return 0;
-        return _view.pixelsPerUnit() / distance;
+        return _pixelsPerUnit / glm::distance(point, _frame.eye);
     }
 
 private:
-    hierarchy::View _view;
+    ViewFrame _frame;
+    double _pixelsPerUnit;
     const TriangleTree& _tree;
-    glm::dvec3 _forward, _right, _up;
-    double _tangent, _aspect;
 };
 
 } // namespace
 
-MeshSamples samplesOf(const surface::TriangleMesh& mesh, std::size_t count)
+Density pixelDensity(const hierarchy::View& view)
+{
+    const ViewFrame frame(view);
+    return [frame](const glm::dvec3& middle, const glm::dvec3& area) {
+        if (!frame.contains(middle))
+            return 0.0;
+        const glm::dvec3 offset = middle - frame.eye;
+        const double squared = glm::dot(offset, offset);
+        return std::abs(glm::dot(area, offset)) / (squared * std::sqrt(squared));
+    };
+}
+
+MeshSamples samplesOf(const surface::TriangleMesh& mesh, std::size_t count, const Density& density)
 {
     MeshSamples samples;
     const std::size_t triangles = mesh.indices.size() / 3;
@@ -81,9 +103,10 @@ MeshSamples samplesOf(const surface::TriangleMesh& mesh, std::size_t count)
     double total = 0;
     for (std::size_t t = 0; t < triangles; ++t) {
         const glm::dvec3& a = mesh.positions[mesh.indices[3 * t]];
-        total += 0.5 * glm::length(glm::cross(
-                           mesh.positions[mesh.indices[3 * t + 1]] - a,
-                           mesh.positions[mesh.indices[3 * t + 2]] - a));
+        const glm::dvec3& b = mesh.positions[mesh.indices[3 * t + 1]];
+        const glm::dvec3& c = mesh.positions[mesh.indices[3 * t + 2]];
+        const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
+        total += density ? density((a + b + c) / 3.0, area) : glm::length(area);
         areaUpTo[t] = total;
     }
     if (!(total > 0))
@@ -144,10 +167,11 @@ Reference referenceOf(
     double reach,
     const core::Box& interior,
     std::size_t count,
-    core::Jobs& jobs)
+    core::Jobs& jobs,
+    const Density& density)
 {
     const Topology topology = topologyOf(fineMesh);
-    MeshSamples samples = samplesOf(fineMesh, count);
+    MeshSamples samples = samplesOf(fineMesh, count, density);
     std::vector<std::uint32_t> components;
     std::vector<std::size_t> seen(topology.components, 0);
     for (const std::uint32_t triangle : samples.triangles)
@@ -177,6 +201,34 @@ Reference referenceOf(
     return reference;
 }
 
+Reference seenOf(
+    const Reference& reference,
+    const surface::TriangleMesh& fineMesh,
+    const hierarchy::View& view,
+    double stepPixels,
+    core::Jobs& jobs)
+{
+    const TriangleTree tree(fineMesh);
+    const Sight sight(view, tree);
+    std::vector<char> isSeen(reference.points.size(), 0);
+    forEach(jobs, isSeen.size(), [&](std::size_t i) {
+        const double margin = 2 * stepPixels / view.pixelsPerUnit();
+        isSeen[i] = sight.pixelsAt(reference.points[i], margin) > 0 ? 1 : 0;
+    });
+    Reference seen;
+    std::vector<std::uint32_t> parts;
+    for (std::size_t i = 0; i < isSeen.size(); ++i)
+        if (isSeen[i] != 0) {
+            seen.points.push_back(reference.points[i]);
+            seen.components.push_back(reference.components[i]);
+        }
+    parts = seen.components;
+    std::ranges::sort(parts);
+    seen.componentCount =
+        static_cast<std::size_t>(std::ranges::unique(parts).begin() - parts.begin());
+    return seen;
+}
+
 DistanceMeasure::DistanceMeasure(
     TrueSurface surface,
     Reference reference,
@@ -192,9 +244,10 @@ DistanceMeasure::DistanceMeasure(
 SurfaceError DistanceMeasure::of(const surface::TriangleMesh& mesh, double step) const
 {
     return weighted(
-        mesh,
+        samplesOf(mesh, _samples),
         TriangleTree(mesh),
         [step](const glm::dvec3&) { return step; },
+        [](const glm::dvec3&) { return 1.0; },
         [](const glm::dvec3&) { return 1.0; });
 }
 
@@ -203,25 +256,29 @@ SurfaceError DistanceMeasure::of(
 {
     const TriangleTree tree(mesh);
     const Sight sight(view, tree);
+    constexpr double kOnMesh = 1e-6; // a point doesn't hide itself
     return weighted(
-        mesh,
+        samplesOf(mesh, _samples, pixelDensity(view)),
         tree,
         [&](const glm::dvec3& point) {
             return stepPixels / view.pixelsPerUnit() * glm::distance(point, view.eye);
         },
-        [&](const glm::dvec3& point) { return sight.pixelsAt(point, stepPixels); });
+        [&](const glm::dvec3& point) { return sight.pixelsAt(point, kOnMesh); },
+        [&](const glm::dvec3& point) {
+            return view.pixelsPerUnit() / glm::distance(point, view.eye);
+        });
 }
 
 SurfaceError DistanceMeasure::weighted(
-    const surface::TriangleMesh& mesh,
+    const MeshSamples& samples,
     const TriangleTree& tree,
     const Step& step,
-    const Weight& weight) const
+    const Weight& meshWeight,
+    const Weight& surfaceWeight) const
 {
     SurfaceError error;
     constexpr double kLeftOut = -1;
 
-    const MeshSamples samples = samplesOf(mesh, _samples);
     const auto landings = _surface.project(samples.points, _reach, *_jobs);
     std::vector<double> forward(samples.points.size(), kLeftOut);
     std::vector<double> angle(samples.points.size(), kLeftOut);
@@ -229,7 +286,7 @@ SurfaceError DistanceMeasure::weighted(
     forEach(*_jobs, samples.points.size(), [&](std::size_t i) {
         if (!contains(_interior, samples.points[i]))
             return;
-        const double worth = weight(samples.points[i]);
+        const double worth = meshWeight(samples.points[i]);
         if (worth <= 0)
             return;
         isLost[i] = landings[i].found ? 0 : 1;
@@ -245,7 +302,7 @@ SurfaceError DistanceMeasure::weighted(
     std::vector<double> backward(_reference.points.size(), kLeftOut);
     std::vector<char> isNear(_reference.points.size(), 0);
     forEach(*_jobs, _reference.points.size(), [&](std::size_t i) {
-        const double worth = weight(_reference.points[i]);
+        const double worth = surfaceWeight(_reference.points[i]);
         const double distance = tree.nearest(_reference.points[i]).distance;
         isNear[i] = distance <= step(_reference.points[i]) ? 1 : 0;
         if (worth > 0)

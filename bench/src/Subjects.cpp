@@ -5,7 +5,10 @@
 #include <isofront/fields/Terrain.h>
 #include <isofront/hierarchy/Criterion.h>
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace isofront::bench {
@@ -13,6 +16,50 @@ namespace isofront::bench {
 namespace {
 
 const glm::dvec3 kCentre(0.503, 0.491, 0.507);
+
+/// 1 - (r / R)^8 about a centre.
+class SteepBall final : public fields::Field {
+public:
+    SteepBall(const glm::dvec3& centre, double radius) : _centre(centre), _radius(radius) {}
+
+    void sample(const fields::SampleBatch& batch, std::span<float> values) const override
+    {
+        for (std::size_t i = 0; i < batch.size(); ++i)
+            values[i] = static_cast<float>(
+                valueAt(glm::distance({batch.x[i], batch.y[i], batch.z[i]}, _centre)));
+    }
+    void gradient(const fields::SampleBatch& batch, fields::GradientSpans gradients) const override
+    {
+        for (std::size_t i = 0; i < batch.size(); ++i) {
+            const glm::dvec3 offset = glm::dvec3(batch.x[i], batch.y[i], batch.z[i]) - _centre;
+            const double share = glm::dot(offset, offset) / (_radius * _radius);
+            const glm::dvec3 slope = -8 * share * share * share / (_radius * _radius) * offset;
+            gradients.x[i] = slope.x;
+            gradients.y[i] = slope.y;
+            gradients.z[i] = slope.z;
+        }
+    }
+    [[nodiscard]] core::Interval
+    bounds(const core::Box& box, core::Interval /*radius*/) const override
+    {
+        const glm::dvec3 near = glm::clamp(_centre, box.low, box.high);
+        const glm::dvec3 far = glm::max(glm::abs(box.low - _centre), glm::abs(box.high - _centre));
+        const double slack = 1e-6;
+        const double low = valueAt(glm::length(far));
+        return {low - slack * (1 + std::abs(low)), valueAt(glm::distance(near, _centre)) + slack};
+    }
+    [[nodiscard]] double differenceStep(double /*radius*/) const override { return 1e-4; }
+
+private:
+    [[nodiscard]] double valueAt(double distance) const
+    {
+        const double share = distance * distance / (_radius * _radius);
+        return 1 - share * share * share * share;
+    }
+
+    glm::dvec3 _centre;
+    double _radius;
+};
 
 /// How far a mesh may lie from its surface and still be told how far, as a share of the edge.
 constexpr double kReach = 0.05;
@@ -34,6 +81,16 @@ TrueSurface Subject::surface(double filterRadius) const
 Subject sphereSubject()
 {
     return {"sphere", fields::sphere(kCentre, 0.37), {}, 0, true};
+}
+
+Subject steepSubject()
+{
+    return {"steep ball", std::make_shared<SteepBall>(kCentre, 0.37), {}, 0, true};
+}
+
+Subject planeSubject()
+{
+    return {"plane", fields::plane(kCentre, {0.31, 0.17, 1}), {}, 0, true};
 }
 
 Subject torusSubject()

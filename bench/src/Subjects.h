@@ -32,6 +32,11 @@ struct Subject {
 
 /// A ball of radius 0.37 in a unit cube, about a place where no lattice point lies.
 Subject sphereSubject();
+/// The same ball by a value that is strongly bent across it, 1 - (r / 0.37)^8: what linear
+/// interpolation does worst.
+Subject steepSubject();
+/// A plane that lies askew to every lattice.
+Subject planeSubject();
 /// A torus, tube over ring one third, about the same place.
 Subject torusSubject();
 /// A gyroid of four periods, shifted off the lattice.

@@ -276,12 +276,23 @@ TEST(DistanceMeasure, findsTheConstantOfMarchingTetrahedraOnASphere)
 TEST(DistanceMeasure, isTheProjectedShiftForAViewerWhoSeesIt)
 {
     const TrueSurface surface(fields::plane({0, 0, 0.5}, {0, 0, 1}), 0);
-    const DistanceMeasure measure = measureOf(surface, tests::square(0.5, 4), 0.3);
+    const auto workers = jobs();
     hierarchy::View view;
     view.eye = {0.5, 0.5, 2.5};
     view.forward = {0, 0, -1};
     view.up = {0, 1, 0};
     view.width = view.height = 500;
+    const Reference reference =
+        referenceOf(surface, tests::square(0.5, 4), 0.3, kUnit, 5000, *workers);
+    const auto seen = [&](const surface::TriangleMesh& hiding) {
+        return seenOf(reference, hiding, view, 5, *workers);
+    };
+    const auto measureFor = [&](const Reference& points) {
+        return DistanceMeasure(surface, points, kUnit, 0.3, 5000, workers);
+    };
+    const DistanceMeasure measure = measureFor(seen(tests::square(0.5, 4)));
+    EXPECT_EQ(measure.reference().points.size(), 5000U) << "all of it is in the picture";
+    EXPECT_TRUE(seen(tests::square(1.5, 4)).points.empty()) << "behind another sheet";
     const double shift = 0.01;
     const auto mesh = tests::square(0.5 + shift, 4);
     const SurfaceError error = measure.of(mesh, view, 5);
@@ -297,7 +308,11 @@ TEST(DistanceMeasure, isTheProjectedShiftForAViewerWhoSeesIt)
     EXPECT_NEAR(measure.of(hiding, view, 5).toSurface.max, most, 0.01 * most);
     view.verticalFieldOfView = 2 * std::atan(0.125); // a quarter of the square's sides
     const SurfaceError narrow = measure.of(mesh, view, 5);
-    EXPECT_NEAR(static_cast<double>(narrow.toSurface.samples), 5000 / 4.0, 60);
+    EXPECT_GT(narrow.toSurface.samples, 4500U) << "samples go where the picture is";
+    EXPECT_GT(narrow.toSurface.rms, error.toSurface.rms) << "its middle is nearest";
+    const Reference part = seen(tests::square(0.5, 4));
+    EXPECT_NEAR(static_cast<double>(part.points.size()), 5000 / 4.0, 60);
+    EXPECT_EQ(part.componentCount, 1U);
 }
 
 TEST(DistanceBetween, isTheGapOfTwoSheets)

@@ -11,6 +11,7 @@
 
 #include <isofront/hierarchy/Criterion.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -109,6 +110,38 @@ double slopeOf(const Table& table, const std::string& field, const std::string& 
                                : std::numeric_limits<double>::quiet_NaN();
 }
 
+/// A plane askew to the lattice: what is flat has no error, so only the mesh itself counts.
+Table flatTable(const Context& context)
+{
+    Table table{
+        "flat",
+        "The mesh of a plane (Fig. 6): cells of hexahedra against tetrahedra",
+        {{"method", "", "how"},
+         {"step", "edge", "lattice step, as a share of the domain's edge"},
+         {"triangles", "", "triangles"},
+         {"valence", "", "mean number of triangles around an inner vertex"},
+         {"six", "%", "inner vertices with six triangles, the best"},
+         {"quality", "", "mean triangle quality, 1 is equilateral"},
+         {"slivers", "%", "triangles of quality below 0.2"}},
+        {},
+        {}};
+    const Subject subject = planeSubject();
+    for (const Method& method : methods()) {
+        const Meshed meshed = method.mesh(subject, context.pick(32, 128));
+        const Topology topology = topologyOf(meshed.mesh);
+        const auto triangles = static_cast<double>(meshed.mesh.indices.size() / 3);
+        table.add(
+            {method.name,
+             meshed.step / subject.domain.edge,
+             count(meshed.mesh.indices.size() / 3),
+             topology.meanValence,
+             100 * topology.sixShare,
+             topology.quality,
+             100 * static_cast<double>(topology.slivers) / std::max(triangles, 1.0)});
+    }
+    return table;
+}
+
 } // namespace
 
 SuiteResult runAccuracy(const Context& context)
@@ -117,7 +150,7 @@ SuiteResult runAccuracy(const Context& context)
     Table errors = errorTable();
     std::vector<Subject> subjects = {sphereSubject(), gyroidSubject(), canyonSubject()};
     if (context.isFull())
-        subjects.insert(subjects.begin() + 1, torusSubject());
+        subjects.insert(subjects.begin() + 1, {steepSubject(), torusSubject()});
     const std::vector<int> resolutions =
         context.pick<std::vector<int>>({16, 32}, {32, 64, 128, 256});
     for (const Subject& subject : subjects) {
@@ -176,7 +209,7 @@ SuiteResult runAccuracy(const Context& context)
                     std::abs(slope + 1) < 0.1,
                     "slope " + textOf(slope));
         }
-    result.tables = {std::move(errors), std::move(slopes)};
+    result.tables = {std::move(errors), std::move(slopes), flatTable(context)};
     return result;
 }
 

@@ -63,6 +63,17 @@ Table swept(const Context& context, const Knob& knob, const std::vector<Subject>
     return table;
 }
 
+/// What is done inside cells leaves parts and handles as they were.
+void checkTopologyOf(SuiteResult& result, const Table& table)
+{
+    for (std::size_t row = 0; row < table.rows.size(); ++row)
+        if (table.word(row, "field") == "sphere")
+            result.check(
+                "the sphere is still a ball at " + table.name + " " + table.word(row, table.name),
+                table.number(row, "euler") == 2,
+                "Euler number " + textOf(table.number(row, "euler")));
+}
+
 } // namespace
 
 SuiteResult runLattice(const Context& context)
@@ -160,6 +171,65 @@ SuiteResult runNormals(const Context& context)
                     table.word(row, "field") + " alone",
                 table.word(row, "checksum") == table.word(row - (row % 3), "checksum"),
                 table.word(row, "checksum"));
+    result.tables = {std::move(table)};
+    return result;
+}
+
+SuiteResult runSmooth(const Context& context)
+{
+    const auto passes = [](int count, bool reproject) {
+        return [count, reproject](extractor::ExtractionSettings& settings) {
+            settings.smoothIterations = count;
+            settings.reproject = reproject;
+        };
+    };
+    Knob knob{"smooth", "", "passes of smoothing", {{"none", 0, passes(0, false)}}, 8};
+    for (const bool reproject : {false, true})
+        for (const int count : {1, 2, 3, 5})
+            knob.values.push_back(
+                {std::to_string(count) + (reproject ? ", brought back" : ""),
+                 static_cast<double>(count),
+                 passes(count, reproject)});
+    SuiteResult result;
+    Table table = swept(context, knob, {sphereSubject(), gyroidSubject(), canyonSubject()});
+    table.plots = {
+        {"slivers", "Slivers over error", "rms", "slivers", "field", "", "", false, false, {}}};
+    checkTopologyOf(result, table);
+    result.tables = {std::move(table)};
+    return result;
+}
+
+SuiteResult runSimplify(const Context& context)
+{
+    Knob knob{"simplify", "steps", "error that removals may make", {}, 8};
+    for (const double error : {0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3})
+        knob.values.push_back(
+            {textOf(error), error, [error](extractor::ExtractionSettings& settings) {
+                 settings.simplifyError = error;
+             }});
+    SuiteResult result;
+    Table table = swept(context, knob, {sphereSubject(), gyroidSubject(), canyonSubject()});
+    table.plots = {
+        {"triangles",
+         "Error over triangles that are left",
+         "triangles",
+         "rms",
+         "field",
+         "",
+         "",
+         true,
+         true,
+         {}},
+        {"cpu", "Simplification: time", "value", "cpu", "field", "", "", false, true, {}}};
+    checkTopologyOf(result, table);
+    for (std::size_t row = 0; row + 1 < table.rows.size(); ++row)
+        if (table.word(row, "field") == table.word(row + 1, "field"))
+            result.check(
+                "more error allowed leaves no more triangles, " + table.word(row, "field") + " " +
+                    table.word(row + 1, "simplify"),
+                table.number(row + 1, "triangles") <= table.number(row, "triangles"),
+                textOf(table.number(row, "triangles")) + " to " +
+                    textOf(table.number(row + 1, "triangles")));
     result.tables = {std::move(table)};
     return result;
 }

@@ -14,6 +14,8 @@ SuiteResult runKappa(const Context& context);
 SuiteResult runLattice(const Context& context);
 SuiteResult runNormals(const Context& context);
 SuiteResult runPixelError(const Context& context);
+SuiteResult runSimplify(const Context& context);
+SuiteResult runSmooth(const Context& context);
 SuiteResult runStages(const Context& context);
 SuiteResult runVolumes(const Context& context);
 

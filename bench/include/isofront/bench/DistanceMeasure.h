@@ -25,8 +25,18 @@ struct MeshSamples {
     std::vector<std::uint32_t> triangles; ///< that each lies in
 };
 
-/// @param count  of points; a mesh without area gives none
-MeshSamples samplesOf(const surface::TriangleMesh& mesh, std::size_t count);
+/// How densely a place should be sampled: at a triangle's middle, its normal of the length of its
+/// area. Never negative.
+using Density = std::function<double(const glm::dvec3& middle, const glm::dvec3& area)>;
+
+/// The same number of points to each pixel of a picture, whatever hides what: pixels that a
+/// triangle covers, 0 outside the picture.
+Density pixelDensity(const hierarchy::View& view);
+
+/// @param count    of points; a mesh without area gives none
+/// @param density  spreads them otherwise than by area; empty for by area
+MeshSamples
+samplesOf(const surface::TriangleMesh& mesh, std::size_t count, const Density& density = {});
 
 /// How large some errors are. All zero if nothing was measured.
 struct ErrorSpread {
@@ -55,6 +65,18 @@ Reference referenceOf(
     double reach,
     const core::Box& interior,
     std::size_t count,
+    core::Jobs& jobs,
+    const Density& density = {});
+
+/// Those points of a reference that a viewer sees.
+/// @param fineMesh    of the same surface: what hides points from the viewer
+/// @param stepPixels  that a lattice step of it covers [px]; what lies less than two of them behind
+///                    it is not hidden
+Reference seenOf(
+    const Reference& reference,
+    const surface::TriangleMesh& fineMesh,
+    const hierarchy::View& view,
+    double stepPixels,
     core::Jobs& jobs);
 
 /// How far a mesh and a surface lie from each other.
@@ -87,11 +109,10 @@ public:
     /// @param step  of the mesh's lattice [world]
     [[nodiscard]] SurfaceError of(const surface::TriangleMesh& mesh, double step) const;
 
-    /// The same on the screen, over what a viewer sees: distances across the line of sight and
-    /// along it alike, divided by how far away they are [px]. Points outside the picture or behind
-    /// the mesh are left out.
-    /// @param stepPixels  that a lattice step of the mesh covers [px]; what lies less than two of
-    ///                    them behind the mesh still belongs to what is seen
+    /// The same on the screen: distances across the line of sight and along it alike, divided by
+    /// how far away they are [px], at points spread evenly over the picture. Those outside the
+    /// picture or behind the mesh are left out; the reference must be what is seen (see `seenOf`).
+    /// @param stepPixels  that a lattice step of the mesh covers [px]
     [[nodiscard]] SurfaceError
     of(const surface::TriangleMesh& mesh, const hierarchy::View& view, double stepPixels) const;
 
@@ -103,10 +124,11 @@ private:
     /// The mesh's lattice step at a point [world].
     using Step = std::function<double(const glm::dvec3&)>;
     [[nodiscard]] SurfaceError weighted(
-        const surface::TriangleMesh& mesh,
+        const MeshSamples& samples,
         const TriangleTree& tree,
         const Step& step,
-        const Weight& weight) const;
+        const Weight& meshWeight,
+        const Weight& surfaceWeight) const;
 
     TrueSurface _surface;
     Reference _reference;
