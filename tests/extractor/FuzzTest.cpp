@@ -33,6 +33,8 @@ struct Trial {
                ", simplify = " + std::to_string(settings.simplifyError) + " by " +
                std::to_string(settings.simplifyChoices) +
                ", normals = " + std::to_string(static_cast<int>(settings.normals)) +
+               ", vertices = " + std::to_string(static_cast<int>(settings.vertices)) +
+               ", align = " + std::to_string(settings.alignEdges) +
                ", edge = " + std::to_string(domain.edge) +
                ", origin = " + std::to_string(domain.origin.x) + ", " + std::to_string(cells) +
                " cells";
@@ -143,6 +145,8 @@ TEST(Fuzz, noCombinationOfSettingsCracks)
                                        : std::pow(10.0, tests::uniform(generator, -2, 1));
         t.settings.simplifyChoices = static_cast<int>(1 + tests::below(generator, 16));
         t.settings.normals = static_cast<NormalSource>(tests::below(generator, 3));
+        t.settings.vertices = static_cast<VertexPlacement>(tests::below(generator, 2));
+        t.settings.alignEdges = tests::below(generator, 2) == 0;
         const std::uint64_t fieldSeed = generator();
         const hierarchy::Domain& domain = t.domain;
         const auto field = std::make_shared<tests::FunctionField>(

@@ -2,11 +2,13 @@
 
 #include "CellGeometry.h"
 #include "Decimation.h"
+#include "EdgeAlignment.h"
 #include "ErrorEstimate.h"
 #include "Normals.h"
 #include "RoughMesh.h"
 #include "Samples.h"
 #include "Smoothing.h"
+#include "VertexBalance.h"
 #include "isofront/extractor/MarchingCubesTable.h"
 
 #include <isofront/core/Assert.h>
@@ -34,13 +36,13 @@ struct CellScratch {
     VertexMoves moves;
     SmoothingScratch smoothing;
     DecimationScratch decimation;
+    AlignmentScratch alignment;
+    BalanceScratch balance;
+    std::vector<glm::dvec3> normals;
 };
 
 namespace {
 
-/// Crossings stay this far from both ends of their edge, or the snap would make triangles without
-/// area where samples equal the isovalue.
-constexpr double kClamp = 1.0 / 64.0;
 using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start)
@@ -108,18 +110,6 @@ private:
         return {_samples.px[v], _samples.py[v], _samples.pz[v]};
     }
 
-    /// The nearest point of the grid that the feature defines.
-    [[nodiscard]] hierarchy::GridPoint snapped(const glm::dvec3& p, FeatureMask feature) const
-    {
-        const int exponent = _geometry.snapExponent[feature];
-        const double toUnits =
-            std::ldexp(1.0, hierarchy::kGridBitsPerLatticeUnit - exponent) / _mesh.denominator();
-        return {
-            std::llround(p.x * toUnits) << exponent,
-            std::llround(p.y * toUnits) << exponent,
-            std::llround(p.z * toUnits) << exponent};
-    }
-
     /// The vertex where the surface cuts an edge of the lattice; the two ends are on different
     /// sides.
     std::uint16_t crossingOf(std::uint16_t edge)
@@ -142,16 +132,18 @@ private:
             cap = boxT < t;
             t = std::min(t, boxT);
         }
-        t = std::clamp(t, kClamp, 1.0 - kClamp);
+        t = clampedCrossing(t);
 
         const glm::dvec3 a = samplePoint(in);
         const glm::dvec3 b = samplePoint(out);
         const FeatureMask feature = _mesh.edgeFeature[edge];
         RoughVertex vertex;
-        vertex.position = snapped(a + t * (b - a), feature);
+        vertex.position = _geometry.snapped(a + t * (b - a), feature, _mesh.denominator());
         if (!_samples.radius.empty())
-            vertex.radius = _samples.radius[in] + t * (_samples.radius[out] - _samples.radius[in]);
+            vertex.radius = _samples.radiusAlong({in, out}, t);
         vertex.fallback = glm::normalize(b - a);
+        vertex.ends = {in, out};
+        vertex.t = t;
         for (std::size_t axis = 0; axis < 3; ++axis)
             vertex.key[axis] =
                 static_cast<std::int64_t>(a[axis]) + static_cast<std::int64_t>(b[axis]);
@@ -168,7 +160,7 @@ private:
             return known;
         RoughVertex vertex;
         const glm::dvec3 p = samplePoint(point);
-        vertex.position = snapped(p, _mesh.vertexFeature[point]);
+        vertex.position = _geometry.snapped(p, _mesh.vertexFeature[point], _mesh.denominator());
         // outward from all walls that meet here, whichever of them is being capped
         const double far = double(hierarchy::kLatticeEdge) * _mesh.denominator();
         glm::dvec3 outward(0.0);
@@ -386,7 +378,7 @@ bool CellExtractor::extractInto(
         return false;
 
     const hierarchy::GridPoint corner = hierarchy::gridFromLattice(geometry.low);
-    polish(cell, {corner, geometry.cellExponent}, scratch, trace);
+    polish(cell, geometry, {corner, geometry.cellExponent}, scratch, trace);
     if (isCancelled())
         return false;
 
@@ -407,7 +399,8 @@ bool CellExtractor::extractInto(
             trace->borders.push_back({static_cast<std::uint16_t>(i), rough.feature, rough.key});
     }
     PointColumns& points = scratch.points;
-    setNormals(*_field, _domain, _dataBox, _settings, scratch.mesh, points, result);
+    setNormals(
+        *_field, _domain, _dataBox, _settings, scratch.mesh, points, scratch.normals, result);
     if (_settings.attributes && _field->hasAttributes())
         setAttributes(*_field, _domain, _settings, scratch.mesh, points, result);
     if (_settings.estimateError && !scratch.mesh.indices.empty())
@@ -419,11 +412,30 @@ bool CellExtractor::extractInto(
 
 void CellExtractor::polish(
     const hierarchy::Tetrahedron& cell,
+    const CellGeometry& geometry,
     const CellFrame& frame,
     CellScratch& scratch,
     CellTrace* trace) const
 {
     const double step = hierarchy::axisStep(cell.level, _settings.latticeSize);
+    const double localStep = std::ldexp(step, hierarchy::kGridBits - frame.exponent);
+    const bool balanced = _settings.vertices == VertexPlacement::balanced;
+    if (balanced) {
+        const auto start = Clock::now();
+        balanceBorders(
+            *_field,
+            _domain,
+            _settings,
+            cell,
+            geometry,
+            *_volumeMesh,
+            scratch.samples,
+            scratch.mesh,
+            scratch.points,
+            scratch.balance);
+        if (trace != nullptr)
+            trace->smoothSeconds += secondsSince(start);
+    }
     if (_settings.smoothIterations > 0 || _settings.reproject) {
         const auto start = Clock::now();
         scratch.moves.begin(scratch.mesh, frame);
@@ -445,8 +457,7 @@ void CellExtractor::polish(
     if (_settings.simplifyError > 0) {
         const auto start = Clock::now();
         DecimationSettings decimation;
-        decimation.tolerance =
-            _settings.simplifyError * std::ldexp(step, hierarchy::kGridBits - frame.exponent);
+        decimation.tolerance = _settings.simplifyError * localStep;
         decimation.choices = _settings.simplifyChoices;
         for (const hierarchy::LatticePoint& p : cell.corner)
             decimation.seed = core::hashCombined(
@@ -454,6 +465,31 @@ void CellExtractor::polish(
         decimate(scratch.mesh, frame, decimation, scratch.decimation);
         if (trace != nullptr)
             trace->simplifySeconds += secondsSince(start);
+    }
+    if (_settings.alignEdges || balanced) {
+        const auto start = Clock::now();
+        const auto takeNormals = [&] {
+            vertexNormals(
+                *_field,
+                _domain,
+                _dataBox,
+                _settings,
+                scratch.mesh,
+                scratch.points,
+                scratch.normals);
+        };
+        if (_settings.alignEdges) {
+            takeNormals();
+            alignEdges(scratch.mesh, frame, scratch.normals, localStep, scratch.alignment);
+        }
+        if (balanced) {
+            takeNormals(); // aligning has put the vertices in another order
+            scratch.moves.begin(scratch.mesh, frame);
+            balanceInside(scratch.mesh, scratch.normals, localStep, scratch.moves, scratch.balance);
+            scratch.moves.commit(scratch.mesh, frame);
+        }
+        if (trace != nullptr)
+            trace->smoothSeconds += secondsSince(start);
     }
 }
 

@@ -64,4 +64,16 @@ CellGeometry::CellGeometry(
         snapExponent[corner] = cellExponent;
 }
 
+hierarchy::GridPoint
+CellGeometry::snapped(const glm::dvec3& p, FeatureMask feature, std::uint32_t denominator) const
+{
+    const int exponent = snapExponent[feature];
+    const double toUnits =
+        std::ldexp(1.0, hierarchy::kGridBitsPerLatticeUnit - exponent) / denominator;
+    return {
+        std::llround(p.x * toUnits) << exponent,
+        std::llround(p.y * toUnits) << exponent,
+        std::llround(p.z * toUnits) << exponent};
+}
+
 } // namespace isofront::extractor

@@ -16,6 +16,11 @@ struct CellGeometry {
     CellGeometry(
         const hierarchy::Tetrahedron& cell, const hierarchy::Domain& domain, int latticeSize);
 
+    /// The nearest point of the grid that a feature defines to a point in sample units, of which
+    /// the lattice unit holds `denominator`.
+    [[nodiscard]] hierarchy::GridPoint
+    snapped(const glm::dvec3& p, FeatureMask feature, std::uint32_t denominator) const;
+
     /// The tetrahedron's corners in lexicographic order of their coordinates: whatever is summed in
     /// floating point is summed in this order.
     std::array<std::size_t, 4> sorted{};

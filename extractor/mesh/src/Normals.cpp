@@ -55,11 +55,22 @@ glm::dvec3 faceNormal(const RoughMesh& rough, std::size_t vertex)
         const glm::dvec3 ac(rough.vertices[indices[i + 2]].position - a);
         sum += glm::cross(ab, ac);
     }
-    const double largest = std::max({std::abs(sum.x), std::abs(sum.y), std::abs(sum.z)});
-    return largest > 0 ? glm::normalize(sum / largest) : glm::dvec3(0.0);
+    return outward(-sum);
 }
 
 } // namespace
+
+glm::dvec3 outward(const glm::dvec3& gradient)
+{
+    // scaled first: the square of a small gradient must not vanish, nor that of a large one
+    // overflow
+    const double largest =
+        std::max({std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)});
+    const double sum = gradient.x + gradient.y + gradient.z; // NaN passes through, unlike above
+    if (!(largest > 0) || !std::isfinite(largest) || std::isnan(sum))
+        return glm::dvec3(0.0);
+    return glm::normalize(-gradient / largest);
+}
 
 void fourSampleGradients(
     const fields::Field& field, PointColumns& points, std::size_t count, bool filtered)
@@ -106,14 +117,14 @@ void fourSampleGradients(
     }
 }
 
-void setNormals(
+void vertexNormals(
     const fields::Field& field,
     const hierarchy::Domain& domain,
     const std::optional<core::Box>& dataBox,
     const ExtractionSettings& settings,
     const RoughMesh& rough,
     PointColumns& points,
-    CellMesh& mesh)
+    std::vector<glm::dvec3>& normals)
 {
     const std::size_t count = rough.vertices.size();
     const bool filtered = settings.filterStrength > 0;
@@ -130,25 +141,36 @@ void setNormals(
         break;
     }
 
+    normals.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         const RoughVertex& vertex = rough.vertices[i];
         glm::dvec3 normal = vertex.fallback;
         if (vertex.cap && !vertex.wall && settings.closed) {
             normal = sideNormal(*dataBox, points.point(i));
         } else if (!vertex.wall) {
-            const glm::dvec3 gradient = points.gradient(i);
-            const double largest =
-                std::max({std::abs(gradient.x), std::abs(gradient.y), std::abs(gradient.z)});
-            // scaled first: the square of a small gradient must not vanish
-            if (largest > 0 && std::isfinite(largest)) {
-                normal = glm::normalize(-gradient / largest);
-            } else if (!vertex.isBorder()) {
-                const glm::dvec3 mean = faceNormal(rough, i);
-                normal = mean == glm::dvec3(0.0) ? normal : mean;
-            }
+            glm::dvec3 found = outward(points.gradient(i));
+            if (found == glm::dvec3(0.0) && !vertex.isBorder())
+                found = faceNormal(rough, i);
+            if (found != glm::dvec3(0.0))
+                normal = found;
         }
-        mesh.vertices[i].normal = octahedral(normal);
+        normals[i] = normal;
     }
+}
+
+void setNormals(
+    const fields::Field& field,
+    const hierarchy::Domain& domain,
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings,
+    const RoughMesh& rough,
+    PointColumns& points,
+    std::vector<glm::dvec3>& normals,
+    CellMesh& mesh)
+{
+    vertexNormals(field, domain, dataBox, settings, rough, points, normals);
+    for (std::size_t i = 0; i < normals.size(); ++i)
+        mesh.vertices[i].normal = octahedral(normals[i]);
 }
 
 void setAttributes(

@@ -4,6 +4,7 @@
 #include "isofront/extractor/CellExtractor.h"
 
 #include <optional>
+#include <vector>
 
 namespace isofront::extractor {
 
@@ -14,7 +15,19 @@ namespace isofront::extractor {
 /// Where the gradient vanishes or isn't finite, a border vertex gets the direction of its lattice
 /// edge from the inside out, and any other the mean of its triangles' normals, weighted by area.
 ///
-/// @param mesh  vertices of `rough`, already placed; receives the normals
+/// @param normals  receives one a vertex
+void vertexNormals(
+    const fields::Field& field,
+    const hierarchy::Domain& domain,
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings,
+    const RoughMesh& rough,
+    PointColumns& points,
+    std::vector<glm::dvec3>& normals);
+
+/// The same into a cell's mesh, as they are stored.
+/// @param mesh     vertices of `rough`, already placed; receives the normals
+/// @param normals  scratch
 void setNormals(
     const fields::Field& field,
     const hierarchy::Domain& domain,
@@ -22,7 +35,11 @@ void setNormals(
     const ExtractionSettings& settings,
     const RoughMesh& rough,
     PointColumns& points,
+    std::vector<glm::dvec3>& normals,
     CellMesh& mesh);
+
+/// The unit vector against a gradient; zero where the gradient vanishes or isn't finite.
+glm::dvec3 outward(const glm::dvec3& gradient);
 
 /// The field's words at all vertices.
 void setAttributes(

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -18,13 +19,24 @@ namespace isofront::extractor {
 
 inline constexpr std::uint16_t kNoVertex = std::numeric_limits<std::uint16_t>::max();
 
+/// Keeps a crossing away from both ends of its lattice edge: closer, the snap would make triangles
+/// without area where samples equal the isovalue.
+inline double clampedCrossing(double t)
+{
+    constexpr double kClamp = 1.0 / 64.0;
+    return std::clamp(t, kClamp, 1.0 - kClamp);
+}
+
 /// A mesh vertex while its cell is being made.
 struct RoughVertex {
     hierarchy::GridPoint position{};
     double radius = 0;        ///< filter radius there, already scaled [field]
     glm::dvec3 fallback{0.0}; ///< normal where the field has no gradient
     std::array<std::int64_t, 3> key{};
-    FeatureMask feature = 0; ///< of the lattice edge or point that it lies on
+    std::array<std::uint16_t, 2> ends{}; ///< samples of its lattice edge: inside, outside
+    double t = 0;                        ///< where on it, from the inside
+    double height = 0;                   ///< how far it has been put above the surface [cell units]
+    FeatureMask feature = 0;             ///< of the lattice edge or point that it lies on
     bool cap = false;
     /// A lattice point of a cap on the domain's wall, whose normal is `fallback`.
     bool wall = false;

@@ -3,6 +3,9 @@
 #include "CellGeometry.h"
 #include "isofront/extractor/CellExtractor.h"
 
+#include <glm/vec3.hpp>
+
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -20,6 +23,23 @@ struct Samples {
     std::vector<double> boxDistance; ///< to the border of the data, positive inside; may be empty
     std::vector<std::uint8_t> inside;
     std::uint32_t sanitised = 0;
+
+    /// A lattice edge by its two samples: from the first to the second [sample units].
+    [[nodiscard]] glm::dvec3 edge(const std::array<std::uint16_t, 2>& ends) const
+    {
+        return point(ends[1]) - point(ends[0]);
+    }
+    /// The point at a share of it [sample units].
+    [[nodiscard]] glm::dvec3 along(const std::array<std::uint16_t, 2>& ends, double t) const
+    {
+        return point(ends[0]) + t * edge(ends);
+    }
+    /// The filter radius there. Only if there are radii.
+    [[nodiscard]] double radiusAlong(const std::array<std::uint16_t, 2>& ends, double t) const
+    {
+        return radius[ends[0]] + t * (radius[ends[1]] - radius[ends[0]]);
+    }
+    [[nodiscard]] glm::dvec3 point(std::uint16_t i) const { return {px[i], py[i], pz[i]}; }
 
     /// Sets positions and radii of a cell's points.
     void place(

@@ -16,6 +16,7 @@
 namespace isofront::extractor {
 
 struct CellFrame;
+struct CellGeometry;
 struct CellScratch;
 
 /// Where normals come from. All of them see the field at the vertex's own filter radius.
@@ -23,6 +24,16 @@ enum class NormalSource {
     analytic,    ///< the field's own gradient; six samples for fields that have none
     sixSamples,  ///< central differences along the axes: an error of second order in the step
     fourSamples, ///< corners of a tetrahedron: two thirds of the cost, an error of first order
+};
+
+/// Where vertices lie.
+enum class VertexPlacement {
+    /// On the surface, as well as it can be told. Where it is curved, triangles then lie all on its
+    /// inner side.
+    onSurface,
+    /// As far above it as makes the mean squared distance of the triangles least. Costs five or six
+    /// gradients a vertex.
+    balanced,
 };
 
 /// How cells are made into triangles. One set of values for all cells that are to fit together.
@@ -56,6 +67,11 @@ struct ExtractionSettings {
     /// d: candidates that each removal is chosen from. More make a little fewer triangles, and take
     /// longer.
     int simplifyChoices = 8;
+    VertexPlacement vertices = VertexPlacement::onSurface;
+    /// Lets edges inside cells run along the directions in which the surface bends least, which
+    /// lowers the error by a fifth to a half at the same number of triangles. Costs a gradient a
+    /// vertex and about as long as contouring.
+    bool alignEdges = false;
     NormalSource normals = NormalSource::analytic;
     /// Ask the field for its words at the vertices, if it has any: CellMesh::attributes.
     bool attributes = false;
@@ -130,6 +146,7 @@ private:
     /// The stages between contouring and normals.
     void polish(
         const hierarchy::Tetrahedron& cell,
+        const CellGeometry& geometry,
         const CellFrame& frame,
         CellScratch& scratch,
         CellTrace* trace) const;
