@@ -1,6 +1,6 @@
 #include "Arguments.h"
 #include "Console.h"
-#include "Source.h"
+#include "SourceArguments.h"
 
 #include <isofront/core/Process.h>
 #include <isofront/exchange/MeshFile.h>
@@ -25,6 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 struct ExtractArguments {
     std::string source;
+    SourceArguments input;
     std::string output;
     std::optional<double> isovalue;
     std::string spacing;
@@ -41,8 +42,6 @@ struct ExtractArguments {
     int smooth = 0;
     double simplify = 0;
     std::size_t threads = 0;
-    double memoryLimitGib = 8;
-    std::string grid;
     bool json = false;
     bool quiet = false;
 };
@@ -70,8 +69,8 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
 
     const auto levelFor = [&](double step) { return levelForStep(step / edge, n); };
     const int native = source.voxel ? levelFor(*source.voxel) : 18;
-    // inside a voxel the surface is smooth: six levels below the voxels' own show all of it
-    const int cap = std::min(native + (source.voxel ? 6 : 18), hierarchy::kMaxLevel);
+    const int cap =
+        std::min(native + (source.voxel ? source.levelsBelowVoxel : 18), hierarchy::kMaxLevel);
 
     surface::Detail detail;
     if (arguments.level) {
@@ -174,7 +173,7 @@ int extract(const ExtractArguments& arguments)
     const auto start = Clock::now();
     const std::stop_token stop = interruptions();
     Progress progress(arguments.quiet);
-    const auto limit = static_cast<std::uint64_t>(arguments.memoryLimitGib * (1ULL << 30U));
+    const auto limit = static_cast<std::uint64_t>(arguments.input.memoryLimitGib * (1ULL << 30U));
 
     // what can be refused is refused before any work
     if (const auto format = exchange::meshFormatOf(arguments.output); !format)
@@ -191,21 +190,19 @@ int extract(const ExtractArguments& arguments)
              "--lattice " + std::to_string(arguments.lattice) + ": it must be 4, 8 or 16"});
 
     progress.show("loading " + arguments.source, -1);
-    auto opened =
-        openSource(arguments.source, {.memoryLimit = limit, .grid = arguments.grid, .stop = stop});
+    auto opened = openSource(arguments.source, arguments.input, stop);
     if (!opened)
         return report(opened.error());
     const Source source = std::move(*opened);
     const double loadSeconds = secondsSince(start);
-    if (source.volume)
-        for (const std::string& note : source.volume->info.notes)
-            progress.say("note: " + note);
+    for (const std::string& note : source.notes)
+        progress.say("note: " + note);
 
     const auto detail = detailOf(arguments, source);
     if (!detail)
         return report(detail.error());
     const double isovalue = arguments.isovalue.value_or(source.defaultIsovalue);
-    if (!arguments.isovalue && !source.isProcedural)
+    if (!arguments.isovalue && source.volume)
         progress.say("note: no --isovalue given; " + brief(isovalue) + " separates best");
 
     extractor::ExtractionSettings settings;
@@ -310,7 +307,7 @@ Action addExtract(CLI::App& app)
     auto arguments = std::make_shared<ExtractArguments>();
     CLI::App* command = app.add_subcommand(
         "extract", "Write the isosurface of a source as a mesh, watertight inside the data");
-    command->add_option("SOURCE", arguments->source, "volume file or proc:NAME[?key=value&...]")
+    command->add_option("SOURCE", arguments->source, "a file, or proc:NAME[?key=value&...]")
         ->required();
     command->add_option("-o,--output", arguments->output, "mesh file: .glb .ply .obj .stl")
         ->required();
@@ -362,10 +359,7 @@ Action addExtract(CLI::App& app)
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
-    command->add_option("--memory-limit", arguments->memoryLimitGib, "[GiB]")
-        ->check(within(0.001, 1e6))
-        ->capture_default_str();
-    command->add_option("--grid", arguments->grid, "which grid of a VDB file");
+    addSourceArguments(*command, arguments->input);
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
     command->footer("The same cells as in 'fly' and 'render', joined to one indexed mesh. World "

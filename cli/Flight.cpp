@@ -15,6 +15,7 @@ namespace isofront::cli {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr double kMostLand = 20'000; // [m]
 
 /// The largest value within so many entries of each, then their mean over as many: a curve that
 /// lies above the values and has no corners.
@@ -43,10 +44,12 @@ std::vector<double> smoothlyAbove(const std::vector<double>& values, std::size_t
 
 std::vector<hierarchy::View> overTerrain(const Source& source, const FlightPlan& plan)
 {
-    const double edge = source.domain.edge;
+    const core::Box& box = source.worldBox;
+    // What the land is large as: of a large raster a part is flown over, as from a small aircraft.
+    const double edge =
+        source.elevation ? std::min({box.size().x, box.size().y, kMostLand}) : source.domain.edge;
     const double speed = plan.speed > 0 ? plan.speed : edge / 80;
     const double clearance = edge / 180;
-    const core::Box box = source.domain.fieldBox();
 
     // Along a wide bend towards the middle of the domain, with a swing to both sides.
     const glm::dvec3 towards = source.target - source.eye;

@@ -2,6 +2,7 @@
 #include "Console.h"
 #include "Flight.h"
 #include "Pictures.h"
+#include "SourceArguments.h"
 #include "report/FlightReport.h"
 
 #include <isofront/core/Process.h>
@@ -35,6 +36,7 @@ constexpr int kShadowInterval = 8;   // frames
 
 struct FlyArguments {
     std::string source;
+    SourceArguments input;
     std::string preset = "alpine";
     std::optional<double> isovalue;
     std::uint64_t seed = 1;
@@ -132,10 +134,12 @@ private:
                                      ? _arguments.source
                                      : "proc:terrain?preset=" + _arguments.preset +
                                            "&seed=" + std::to_string(_arguments.seed);
-        auto source = openSource(text, {.stop = _stop});
+        auto source = openSource(text, _arguments.input, _stop);
         if (!source)
             return source.error();
         _source = std::move(*source);
+        for (const std::string& note : _source.notes)
+            _progress.say("note: " + note);
 
         std::error_code failed;
         std::filesystem::create_directories(_arguments.out, failed);
@@ -184,7 +188,7 @@ private:
     {
         FlightSettings& settings = _report.settings;
         settings.source = _source.name;
-        settings.preset = _source.isTerrain && _arguments.source.empty() ? _arguments.preset : "";
+        settings.preset = _arguments.source.empty() ? _arguments.preset : "";
         settings.seed = _arguments.source.empty() ? _arguments.seed : 0;
         settings.width = size.width;
         settings.height = size.height;
@@ -403,7 +407,9 @@ Action addFly(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "fly", "Fly over a terrain or around a source: a video, a contact sheet and a report");
     command->add_option(
-        "SOURCE", arguments->source, "what to fly around instead of --preset and --seed");
+        "SOURCE",
+        arguments->source,
+        "what to fly over (elevation raster) or around, instead of --preset and --seed");
     command->add_option("--preset", arguments->preset, "terrain: see 'isofront info proc:'")
         ->capture_default_str();
     command->add_option("--seed", arguments->seed, "of the terrain")->capture_default_str();
@@ -437,6 +443,7 @@ Action addFly(CLI::App& app)
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
     command->add_option("--threads", arguments->threads, "of the extraction; 0: one for each core")
         ->check(CLI::Range(0, 1024));
+    addSourceArguments(*command, arguments->input);
     command->add_flag("--window", arguments->window, "not in this version");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");

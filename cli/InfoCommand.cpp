@@ -1,11 +1,12 @@
 #include "Arguments.h"
 #include "Console.h"
-#include "Source.h"
+#include "SourceArguments.h"
 
 #include <isofront/fields/Procedural.h>
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -18,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 struct InfoArguments {
     std::string source;
-    std::string grid;
+    SourceArguments input;
     bool json = false;
     bool quiet = false;
 };
@@ -145,12 +146,60 @@ void printVolume(const Source& source, const volume::LoadedVolume& loaded)
         std::printf("  note         %s\n", note.c_str());
 }
 
+Json elevationJson(const elevation::LoadedElevation& loaded)
+{
+    const elevation::ElevationInfo& info = loaded.info;
+    Json json;
+    json["format"] = elevation::nameOf(info.format);
+    json["posts"] = {info.columns, info.rows};
+    json["sample_type"] = raster::nameOf(info.sampleType);
+    json["spacing"] = {info.spacing.x, info.spacing.y};
+    json["centre"] =
+        info.centre
+            ? Json{{"latitude", info.centre->latitude}, {"longitude", info.centre->longitude}}
+            : Json(nullptr);
+    json["height_range"] = {info.lowest, info.highest};
+    json["summit"] = {info.summit.x, info.summit.y, info.highest};
+    json["voids_filled"] = info.voids;
+    json["orientation"] = info.orientation;
+    json["memory_bytes"] = info.memoryBytes;
+    json["notes"] = info.notes;
+    return json;
+}
+
+void printElevation(const Source& source, const elevation::LoadedElevation& loaded)
+{
+    const elevation::ElevationInfo& info = loaded.info;
+    const glm::dvec3 size = loaded.dataBox.size();
+    std::printf("%s: %s\n", source.name.c_str(), source.description.c_str());
+    std::printf(
+        "  posts        %d x %d %s\n",
+        info.columns,
+        info.rows,
+        std::string(raster::nameOf(info.sampleType)).c_str());
+    std::printf("  spacing      %.6g %.6g m\n", info.spacing.x, info.spacing.y);
+    std::printf("  extent       %.6g x %.6g m\n", size.x, size.y);
+    if (info.centre)
+        std::printf(
+            "  centre       %.6f %s, %.6f %s\n",
+            std::abs(info.centre->latitude),
+            info.centre->latitude < 0 ? "S" : "N",
+            std::abs(info.centre->longitude),
+            info.centre->longitude < 0 ? "W" : "E");
+    std::printf("  heights      %.6g to %.6g m\n", info.lowest, info.highest);
+    std::printf("  summit       %.6g %.6g\n", info.summit.x, info.summit.y);
+    std::printf("  voids        %s filled\n", grouped(info.voids).c_str());
+    std::printf("  orientation  %s\n", info.orientation.c_str());
+    std::printf("  in memory    %s bytes\n", grouped(info.memoryBytes).c_str());
+    for (const std::string& note : info.notes)
+        std::printf("  note         %s\n", note.c_str());
+}
+
 int info(const InfoArguments& arguments)
 {
     if (arguments.source == "proc:")
         return listProcedural(arguments.json);
-    const auto source =
-        openSource(arguments.source, {.grid = arguments.grid, .stop = interruptions()});
+    const auto source = openSource(arguments.source, arguments.input, interruptions());
     if (!source)
         return report(source.error());
 
@@ -162,6 +211,8 @@ int info(const InfoArguments& arguments)
             {"min", vectorJson(source->worldBox.low)}, {"max", vectorJson(source->worldBox.high)}};
         if (source->volume)
             json["volume"] = volumeJson(*source->volume);
+        else if (source->elevation)
+            json["elevation"] = elevationJson(*source->elevation);
         else
             json["isovalue"] = source->defaultIsovalue;
         print(json);
@@ -169,6 +220,10 @@ int info(const InfoArguments& arguments)
     }
     if (source->volume) {
         printVolume(*source, *source->volume);
+        return 0;
+    }
+    if (source->elevation) {
+        printElevation(*source, *source->elevation);
         return 0;
     }
     std::printf("%s: %s\n", source->name.c_str(), source->description.c_str());
@@ -189,8 +244,9 @@ Action addInfo(CLI::App& app)
     auto arguments = std::make_shared<InfoArguments>();
     CLI::App* command = app.add_subcommand(
         "info", "Tell what a source holds; 'info proc:' lists procedural sources");
-    command->add_option("SOURCE", arguments->source, "volume file, proc:NAME or proc:")->required();
-    command->add_option("--grid", arguments->grid, "which grid of a VDB file");
+    command->add_option("SOURCE", arguments->source, "a file or folder, proc:NAME or proc:")
+        ->required();
+    addSourceArguments(*command, arguments->input);
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "as in the other commands; info is quiet");
     return [arguments] { return info(*arguments); };

@@ -28,6 +28,13 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
     studio.scene.look = source.isTerrain ? render::Look::terrain : render::Look::studio;
     if (source.isTerrain)
         studio.scene.terrain = render::terrainLook(source.terrainKind);
+    if (source.elevation) {
+        const auto& info = source.elevation->info;
+        const double relief = info.highest - info.lowest;
+        studio.scene.terrain.baseHeight = info.lowest;
+        studio.scene.terrain.grassLine = static_cast<float>(0.62 * relief);
+        studio.scene.terrain.snowLine = static_cast<float>(0.92 * relief);
+    }
     // the sun hardly moves, and shadows redraw every cell near the eye
     studio.scene.shadowInterval = options.shadowInterval;
     return studio;
@@ -64,9 +71,8 @@ surface::SurfaceOptions surfaceOptions(
     options.pixelError = pixelError;
     if (!source.voxel)
         return options;
-    // Inside a voxel the surface is smooth: six levels below the voxels' own show all of it.
     const int native = levelForStep(*source.voxel / source.domain.edge, lattice);
-    options.maxLevel = std::min(native + 6, hierarchy::kMaxLevel);
+    options.maxLevel = std::min(native + source.levelsBelowVoxel, hierarchy::kMaxLevel);
     options.extraction.cornerRadius = 2 * hierarchy::axisStep(native, lattice) * source.domain.edge;
     return options;
 }

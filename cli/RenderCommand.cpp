@@ -1,6 +1,7 @@
 #include "Arguments.h"
 #include "Console.h"
 #include "Pictures.h"
+#include "SourceArguments.h"
 
 #include <isofront/core/Process.h>
 #include <isofront/exchange/Png.h>
@@ -20,6 +21,7 @@ using Clock = std::chrono::steady_clock;
 
 struct RenderArguments {
     std::string source;
+    SourceArguments input;
     std::string output;
     std::optional<double> isovalue;
     std::string eye;
@@ -31,8 +33,6 @@ struct RenderArguments {
     double filter = 1;
     bool closed = false;
     std::string device;
-    std::string grid;
-    double memoryLimitGib = 8;
     std::size_t threads = 0;
     bool json = false;
     bool quiet = false;
@@ -59,13 +59,11 @@ int render(const RenderArguments& arguments)
              "--lattice " + std::to_string(arguments.lattice) + ": it must be 4, 8 or 16"});
 
     progress.show("loading " + arguments.source, -1);
-    auto source = openSource(
-        arguments.source,
-        {.memoryLimit = static_cast<std::uint64_t>(arguments.memoryLimitGib * (1ULL << 30U)),
-         .grid = arguments.grid,
-         .stop = stop});
+    auto source = openSource(arguments.source, arguments.input, stop);
     if (!source)
         return report(source.error());
+    for (const std::string& note : source->notes)
+        progress.say("note: " + note);
     for (const auto& [text, point, name] :
          {std::tuple{&arguments.eye, &source->eye, "--eye"},
           std::tuple{&arguments.target, &source->target, "--target"}}) {
@@ -171,7 +169,7 @@ Action addRender(CLI::App& app)
     auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command =
         app.add_subcommand("render", "Draw one picture of a source, at the detail its pixels need");
-    command->add_option("SOURCE", arguments->source, "volume file or proc:NAME[?key=value&...]")
+    command->add_option("SOURCE", arguments->source, "a file, or proc:NAME[?key=value&...]")
         ->required();
     command->add_option("-o,--output", arguments->output, "picture: .png")->required();
     command
@@ -198,10 +196,7 @@ Action addRender(CLI::App& app)
         "--device",
         arguments->device,
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
-    command->add_option("--grid", arguments->grid, "which grid of a VDB file");
-    command->add_option("--memory-limit", arguments->memoryLimitGib, "of a volume [GiB]")
-        ->check(within(0.001, 1e6))
-        ->capture_default_str();
+    addSourceArguments(*command, arguments->input);
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024));
     command->add_flag("--json", arguments->json, "one JSON object on standard output");

@@ -96,7 +96,53 @@ core::Result<Source> openVolume(const std::string& text, const SourceOptions& op
     source.voxel = 1.0;
     source.worldBox = worldBoxOf(loaded->dataBox, loaded->worldFromIndex);
     lookAt(source);
+    source.notes = loaded->info.notes;
     source.volume = std::move(*loaded);
+    return source;
+}
+
+/// Looks at the summit from the side where there is more ground.
+void lookAtSummit(Source& source, const elevation::LoadedElevation& loaded)
+{
+    const elevation::ElevationInfo& info = loaded.info;
+    const glm::dvec3 size = loaded.dataBox.size();
+    const double away = std::min(0.35 * std::min(size.x, size.y), 7000.0);
+    glm::dvec2 towards = -info.summit; // the raster's middle
+    if (glm::length(towards) < 0.1 * away)
+        towards = {0.6, -0.8};
+    const glm::dvec2 place = info.summit + away * glm::normalize(towards);
+    source.target = {info.summit, info.highest - 0.05 * away};
+    source.eye = {place, info.highest + 0.15 * away};
+}
+
+core::Result<Source> openElevation(const std::string& text, const SourceOptions& options)
+{
+    auto loaded = elevation::loadElevation(
+        text,
+        {.memoryLimit = options.memoryLimit,
+         .pixelSize = options.pixelSize,
+         .heightScale = options.heightScale,
+         .noData = options.noData,
+         .stop = options.stop});
+    if (!loaded)
+        return tl::unexpected<core::Error>(loaded.error());
+
+    Source source;
+    source.name = text;
+    source.description = std::string(elevation::nameOf(loaded->info.format)) + " elevation raster";
+    source.field = loaded->field;
+    source.isTerrain = true;
+    source.voxel = std::min(loaded->info.spacing.x, loaded->info.spacing.y);
+    source.worldBox = loaded->dataBox;
+    // A power of two of posts, so that a lattice step can be just the distance of two posts.
+    const glm::dvec3 size = loaded->dataBox.size();
+    double edge = 2 * *source.voxel;
+    while (edge < std::max({size.x, size.y, size.z}))
+        edge *= 2;
+    source.domain = {loaded->dataBox.centre() - 0.5 * edge, edge};
+    lookAtSummit(source, *loaded);
+    source.notes = loaded->info.notes;
+    source.elevation = std::move(*loaded);
     return source;
 }
 
@@ -118,6 +164,8 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
             core::ErrorCode::usage, "SOURCE is empty: give a volume file or proc:NAME");
     if (text.starts_with(kProcedural))
         return openProcedural(text);
+    if (elevation::isElevationName(text))
+        return openElevation(text, options);
     return openVolume(text, options);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/core/Result.h>
+#include <isofront/elevation/LoadElevation.h>
 #include <isofront/fields/Field.h>
 #include <isofront/hierarchy/Domain.h>
 #include <isofront/volume/LoadVolume.h>
@@ -12,6 +13,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 namespace isofront::cli {
 
@@ -27,12 +29,17 @@ struct Source {
     /// What the user's isovalue is if none is given, in the source's own units.
     double defaultIsovalue = 0;
     bool negated = false; ///< the field has the sign of the source's values turned
-    /// Edge of a voxel along the index axes; 1 in index space. Nothing for procedural sources.
+    /// Edge of a voxel along the index axes, 1 in index space; distance of an elevation raster's
+    /// posts. Nothing for procedural sources.
     std::optional<double> voxel;
+    /// How many levels below its voxels' own show all of the surface, if `voxel` has a value.
+    int levelsBelowVoxel = 6;
     core::Box worldBox;  ///< what there is to see [world]
     glm::dvec3 eye{0.0}; ///< a good place to look from [world]
     glm::dvec3 target{0.0};
     std::optional<volume::LoadedVolume> volume;
+    std::optional<elevation::LoadedElevation> elevation;
+    std::vector<std::string> notes; ///< sentences about choices made for the user
 
     [[nodiscard]] double fieldIsovalue(double isovalue) const
     {
@@ -43,15 +50,19 @@ struct Source {
 struct SourceOptions {
     std::uint64_t memoryLimit = std::uint64_t{8} << 30U; ///< [bytes]
     std::string grid = {};                               ///< of a VDB file
-    std::stop_token stop;
+    std::optional<glm::dvec2> pixelSize = {};            ///< of an elevation raster [m]
+    std::optional<double> heightScale = {};              ///< of an elevation raster [m]
+    std::optional<double> noData = {};                   ///< of an elevation raster
+    std::stop_token stop = {};
 };
 
 /// The coarsest level 3k at which an axis step is at most this share of the domain's edge: that of
 /// a volume's own voxels, for theirs.
 int levelForStep(double share, int latticeSize);
 
-/// Opens `proc:NAME[?key=value&...]` or a volume file.
-/// Errors: usage for unknown names, parameters and kinds of file, and what loadVolume says.
+/// Opens `proc:NAME[?key=value&...]`, a volume or an elevation raster.
+/// Errors: usage for unknown names, parameters and kinds of file, and what loadVolume and
+/// loadElevation say.
 core::Result<Source> openSource(const std::string& text, const SourceOptions& options);
 
 } // namespace isofront::cli

@@ -14,7 +14,9 @@ FLOORS = {
     "core": ("core", []),
     "hierarchy": ("hierarchy", ["core"]),
     "fields": ("extractor/fields", ["core"]),
-    "volume": ("extractor/volume", ["core", "fields"]),
+    "raster": ("extractor/raster", ["core"]),
+    "volume": ("extractor/volume", ["core", "fields", "raster"]),
+    "elevation": ("extractor/elevation", ["core", "fields", "raster"]),
     "extractor": ("extractor/mesh", ["core", "hierarchy", "fields"]),
     "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
     "exchange": ("engine/exchange", ["core", "surface"]),
@@ -36,6 +38,7 @@ CONFINED = [
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
     (r"hwy/", ["extractor/fields/src", "bench/src/FmaProbe.cpp"]),
+    (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 

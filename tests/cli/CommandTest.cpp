@@ -317,6 +317,42 @@ TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)
 }
 
 /// Real volumes: one anisotropic, one a level set, where a folder with them is named.
+TEST_F(Command, tellsWhatAnElevationRasterHoldsAndExtractsIt)
+{
+    const std::string raster = "'" ISOFRONT_DATA "/elevation/mount-washington.tif'";
+    const Json info = Json::parse(run("info " + raster + " --json").output);
+    const Json& elevation = info.at("elevation");
+    EXPECT_EQ(elevation.at("format"), "GeoTIFF");
+    EXPECT_EQ(elevation.at("posts"), Json({1025, 1025}));
+    EXPECT_EQ(elevation.at("sample_type"), "int16");
+    EXPECT_EQ(elevation.at("height_range"), Json({145.0, 1908.0}));
+    EXPECT_EQ(elevation.at("voids_filled"), 0);
+    EXPECT_NEAR(elevation.at("centre").at("latitude").get<double>(), 44.5, 1e-9);
+    EXPECT_NEAR(elevation.at("spacing")[0].get<double>(), 66.166, 0.001);
+    for (const char* key : {"centre", "summit", "orientation", "memory_bytes", "notes"})
+        EXPECT_TRUE(elevation.contains(key)) << key;
+
+    const Json open =
+        Json::parse(run("extract " + raster + " --spacing 300 -o open.ply --json").output);
+    EXPECT_GT(open.at("triangles"), 100'000);
+    EXPECT_EQ(open.at("sanitised_samples"), 0);
+    EXPECT_LT(open.at("bounds").at("max")[2].get<double>(), 1908 + 5);
+    const Json closed = Json::parse(
+        run("extract " + raster + " --spacing 300 --closed -o block.ply --json").output);
+    // Open, it is the ground without the block's floor; of walls no more than a lattice step.
+    const auto floorOf = [](const Json& json) {
+        return json.at("bounds").at("min")[2].get<double>();
+    };
+    EXPECT_LT(floorOf(closed), 145 - 400);
+    EXPECT_GT(floorOf(open), 145 - 350);
+
+    expectFailure("info " + raster + " --pixel-size 0,5", 2, {"--pixel-size"});
+    expectFailure("info " + raster + " --height-scale 0", 2, {"--height-scale"});
+    write("flat.png", "no picture");
+    expectFailure("info flat.png --pixel-size 30", 3, {"flat.png", "PNG"});
+    expectFailure("info none.hgt", 4, {"none.hgt", "no such file"});
+}
+
 TEST_F(Command, closesRealVolumes)
 {
     const char* data = std::getenv("ISOFRONT_TEST_DATA");

@@ -1,0 +1,91 @@
+#include "SourceArguments.h"
+
+#include "Arguments.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+namespace isofront::cli {
+
+namespace {
+
+/// "30" or "66.2,92.8": one distance for both axes, or one for each [m].
+core::Result<glm::dvec2> parsePixelSize(const std::string& text)
+{
+    glm::dvec2 size(0.0);
+    const std::string_view view = text;
+    const std::size_t comma = view.find(',');
+    const auto number = [](std::string_view part, double& value) {
+        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+        return error == std::errc() && end == part.data() + part.size() && std::isfinite(value) &&
+               value > 0;
+    };
+    bool good = number(view.substr(0, comma), size.x);
+    size.y = size.x;
+    if (comma != std::string_view::npos)
+        good = number(view.substr(comma + 1), size.y) && good;
+    if (!good)
+        return core::failure(
+            core::ErrorCode::usage,
+            "--pixel-size '" + text +
+                "': give the distance of two heights in metres, as in 30 or 66.2,92.8");
+    return size;
+}
+
+} // namespace
+
+void addSourceArguments(CLI::App& command, SourceArguments& arguments)
+{
+    const double most = std::numeric_limits<float>::max();
+    command.add_option("--grid", arguments.grid, "which grid of a VDB file");
+    command.add_option("--memory-limit", arguments.memoryLimitGib, "of the source [GiB]")
+        ->check(within(0.001, 1e6))
+        ->capture_default_str();
+    command.add_option(
+        "--pixel-size",
+        arguments.pixelSize,
+        "of an elevation raster: distance of two heights, X or X,Y [m]");
+    command
+        .add_option(
+            "--height-scale",
+            arguments.heightScale,
+            "of an elevation raster: what one unit of its values means [m]")
+        ->check(within(-most, most));
+    command
+        .add_option(
+            "--no-data", arguments.noData, "of an elevation raster: the value of a missing height")
+        ->check(within(-most, most));
+}
+
+core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std::stop_token stop)
+{
+    SourceOptions options;
+    options.memoryLimit =
+        static_cast<std::uint64_t>(arguments.memoryLimitGib * double(1ULL << 30U));
+    options.grid = arguments.grid;
+    options.heightScale = arguments.heightScale;
+    options.noData = arguments.noData;
+    options.stop = std::move(stop);
+    if (!arguments.pixelSize.empty()) {
+        const auto size = parsePixelSize(arguments.pixelSize);
+        if (!size)
+            return tl::unexpected<core::Error>(size.error());
+        options.pixelSize = *size;
+    }
+    return options;
+}
+
+core::Result<Source>
+openSource(const std::string& text, const SourceArguments& arguments, std::stop_token stop)
+{
+    const auto options = sourceOptions(arguments, std::move(stop));
+    if (!options)
+        return tl::unexpected<core::Error>(options.error());
+    return openSource(text, *options);
+}
+
+} // namespace isofront::cli

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "Source.h"
+
+#include <isofront/core/Result.h>
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <stop_token>
+#include <string>
+
+namespace isofront::cli {
+
+/// What the user says about a source: the same options in every command that opens one.
+struct SourceArguments {
+    std::string grid;
+    double memoryLimitGib = 8;
+    std::string pixelSize;
+    std::optional<double> heightScale;
+    std::optional<double> noData;
+};
+
+/// Adds the options to a command; `arguments` must outlive it.
+void addSourceArguments(CLI::App& command, SourceArguments& arguments);
+
+/// Errors: usage for texts that are not what an option wants.
+core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std::stop_token stop);
+
+/// Opens a source with what the user says about it.
+core::Result<Source>
+openSource(const std::string& text, const SourceArguments& arguments, std::stop_token stop);
+
+} // namespace isofront::cli
