@@ -1,5 +1,6 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "MeshOptions.h"
 #include "SourceArguments.h"
 
 #include <isofront/core/Process.h>
@@ -39,8 +40,8 @@ struct ExtractArguments {
     std::optional<double> filter;
     bool closed = false;
     bool estimateError = false;
-    int smooth = 0;
-    double simplify = 0;
+    MeshOptions mesh;
+    bool attributes = false;
     std::size_t threads = 0;
     bool json = false;
     bool quiet = false;
@@ -165,6 +166,8 @@ nlohmann::ordered_json settingsOf(
     json["lattice"] = arguments.lattice;
     json["filter"] = settings.filterStrength;
     json["closed"] = settings.closed;
+    arguments.mesh.describe(json);
+    json["attributes"] = settings.attributes;
     return json;
 }
 
@@ -180,10 +183,6 @@ int extract(const ExtractArguments& arguments)
         return report(format.error());
     if (const auto folder = checkFolderOf(arguments.output); !folder)
         return report(folder.error());
-    if (arguments.smooth != 0 || arguments.simplify != 0)
-        return report(
-            {ErrorCode::usage,
-             "--smooth and --simplify: this version does neither; give 0 or leave them out"});
     if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
         return report(
             {ErrorCode::usage,
@@ -215,8 +214,12 @@ int extract(const ExtractArguments& arguments)
                            : detail->level;
     settings.cornerRadius = 2 * hierarchy::axisStep(finest, arguments.lattice) * source.domain.edge;
     settings.closed = arguments.closed;
+    arguments.mesh.applyTo(settings);
+    settings.attributes = arguments.attributes;
     settings.estimateError =
         arguments.estimateError || detail->kind == surface::Detail::Kind::error;
+    if (settings.attributes && !source.field->hasAttributes())
+        progress.say("note: " + source.name + " has no attributes; none are written");
     const auto extractor =
         std::make_shared<const extractor::CellExtractor>(source.field, source.domain, settings);
     const auto jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
@@ -287,8 +290,8 @@ int extract(const ExtractArguments& arguments)
         {"front", result->frontSeconds},
         {"sample", result->sampleSeconds * share},
         {"contour", result->contourSeconds * share},
-        {"smooth", 0.0},
-        {"simplify", 0.0},
+        {"smooth", result->smoothSeconds * share},
+        {"simplify", result->simplifySeconds * share},
         {"normals", result->normalSeconds * share},
         {"join", result->joinSeconds * share},
         {"write", secondsSince(writeStart)}};
@@ -344,10 +347,11 @@ Action addExtract(CLI::App& app)
             "(default "
             "with --eye)")
         ->check(within(0.0, 100.0));
-    command->add_option(
-        "--smooth", arguments->smooth, "passes of smoothing; only 0 in this version");
-    command->add_option(
-        "--simplify", arguments->simplify, "error of decimation; only 0 in this version");
+    arguments->mesh.addTo(*command);
+    command->add_flag(
+        "--attributes",
+        arguments->attributes,
+        "write the field's colours or materials, if it has any, to .glb or .ply");
     command->add_flag(
         "--closed",
         arguments->closed,

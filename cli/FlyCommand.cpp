@@ -48,6 +48,7 @@ struct FlyArguments {
     double updateMilliseconds = 4;
     int lattice = 16;
     double filter = 1;
+    MeshOptions mesh;
     std::string out = "flight";
     std::string device;
     std::size_t threads = 0;
@@ -169,7 +170,8 @@ private:
                 _arguments.lattice,
                 _arguments.filter,
                 _arguments.pixelError,
-                false),
+                false,
+                _arguments.mesh),
             _jobs);
         _progress.show("finding a way", -1);
         _views = flightPath(
@@ -203,6 +205,11 @@ private:
             {"lattice", std::to_string(_arguments.lattice)},
             {"filter", brief(_arguments.filter)},
             {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
+        nlohmann::ordered_json mesh;
+        _arguments.mesh.describe(mesh);
+        for (const auto& [key, value] : mesh.items())
+            settings.others.emplace_back(
+                key, value.is_string() ? value.get<std::string>() : value.dump());
     }
 
     MaybeError openVideo(const PictureSize& size)
@@ -436,6 +443,7 @@ Action addFly(CLI::App& app)
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
         ->check(within(0.0, 100.0))
         ->capture_default_str();
+    arguments->mesh.addTo(*command);
     command->add_option("--out", arguments->out, "folder for what is made")->capture_default_str();
     command->add_option(
         "--device",

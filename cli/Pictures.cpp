@@ -61,13 +61,15 @@ surface::SurfaceOptions surfaceOptions(
     int lattice,
     double filter,
     double pixelError,
-    bool closed)
+    bool closed,
+    const MeshOptions& mesh)
 {
     surface::SurfaceOptions options;
     options.extraction.latticeSize = lattice;
     options.extraction.isovalue = source.fieldIsovalue(isovalue);
     options.extraction.filterStrength = filter;
     options.extraction.closed = closed;
+    mesh.applyTo(options.extraction);
     options.pixelError = pixelError;
     if (!source.voxel)
         return options;

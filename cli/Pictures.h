@@ -1,5 +1,6 @@
 #pragma once
 
+#include "MeshOptions.h"
 #include "Source.h"
 
 #include <isofront/core/Result.h>
@@ -43,6 +44,7 @@ surface::SurfaceOptions surfaceOptions(
     int lattice,
     double filter,
     double pixelError,
-    bool closed);
+    bool closed,
+    const MeshOptions& mesh);
 
 } // namespace isofront::cli

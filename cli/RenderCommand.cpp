@@ -32,6 +32,7 @@ struct RenderArguments {
     int lattice = 8;
     double filter = 1;
     bool closed = false;
+    MeshOptions mesh;
     std::string device;
     std::size_t threads = 0;
     bool json = false;
@@ -94,7 +95,8 @@ int render(const RenderArguments& arguments)
             arguments.lattice,
             arguments.filter,
             arguments.pixelError,
-            arguments.closed),
+            arguments.closed,
+            arguments.mesh),
         jobs);
     const hierarchy::View view =
         viewTo(source->eye, source->target, arguments.fov, size->width, size->height);
@@ -191,6 +193,7 @@ Action addRender(CLI::App& app)
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
         ->check(within(0.0, 100.0))
         ->capture_default_str();
+    arguments->mesh.addTo(*command);
     command->add_flag("--closed", arguments->closed, "close the surface at the border of the data");
     command->add_option(
         "--device",

@@ -206,7 +206,10 @@ TEST_F(Command, refusesWhatMakesNoSenseAndNamesTheRemedy)
         expectFailure("extract proc:sphere -o a.ply " + std::string(option), 2, {"number"});
     expectFailure(
         "extract proc:sphere -o a.ply --eye 9,0,0 --pixel-error inf", 2, {"--pixel-error"});
-    expectFailure("extract proc:sphere -o a.ply --simplify 0.1", 2, {"--simplify"});
+    expectFailure("extract proc:sphere -o a.ply --simplify -0.1", 2, {"--simplify"});
+    expectFailure("extract proc:sphere -o a.ply --smooth 101", 2, {"--smooth"});
+    expectFailure("extract proc:sphere -o a.ply --vertices above", 2, {"balanced"});
+    expectFailure("extract proc:sphere -o a.ply --normals five", 2, {"six"});
     expectFailure("extract '' -o a.ply", 2, {"SOURCE"});
     expectFailure("extract proc:sphere -o a.ply --eye 1,2", 2, {"--eye", "1,2"});
     expectFailure("extract proc:sphere -o a.ply --pixel-error 1", 2, {"--eye"});
@@ -403,14 +406,35 @@ TEST_F(Command, printsOneJsonObjectAndNothingElse)
 
 TEST_F(Command, writesTheSameBytesOnAnyNumberOfThreads)
 {
-    for (const int threads : {1, 2, 8})
-        ASSERT_EQ(
-            run("extract proc:gyroid --level 7 --threads " + std::to_string(threads) + " -o " +
-                std::to_string(threads) + ".ply")
-                .exitCode,
-            0);
-    EXPECT_EQ(contentsOf(folder / "1.ply"), contentsOf(folder / "2.ply"));
-    EXPECT_EQ(contentsOf(folder / "1.ply"), contentsOf(folder / "8.ply"));
+    for (const std::string options :
+         {"", "--smooth 2 --reproject --simplify 0.1 --align --vertices balanced --normals four"}) {
+        for (const int threads : {1, 2, 8})
+            ASSERT_EQ(
+                run("extract proc:gyroid --level 7 " + options + " --threads " +
+                    std::to_string(threads) + " -o " + std::to_string(threads) + ".ply")
+                    .exitCode,
+                0);
+        EXPECT_EQ(contentsOf(folder / "1.ply"), contentsOf(folder / "2.ply"));
+        EXPECT_EQ(contentsOf(folder / "1.ply"), contentsOf(folder / "8.ply"));
+    }
+}
+
+TEST_F(Command, makesFewerTrianglesAndStillAClosedMesh)
+{
+    const auto triangles = [&](const std::string& options) {
+        const Outcome outcome = run("extract proc:torus --level 9 --json -o a.ply " + options);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
+        const PlyMesh mesh(folder / "a.ply");
+        EXPECT_TRUE(mesh.openEdges(false).empty());
+        EXPECT_TRUE(mesh.openEdges(true).empty());
+        const Json json = Json::parse(outcome.output);
+        EXPECT_EQ(json["settings"]["simplify"] > 0, json["seconds"]["simplify"] > 0);
+        EXPECT_EQ(json["settings"]["smooth"] > 0, json["seconds"]["smooth"] > 0);
+        return mesh.triangles.size();
+    };
+    const std::size_t all = triangles("");
+    EXPECT_EQ(triangles("--smooth 2"), all);
+    EXPECT_LT(triangles("--simplify 0.1"), all / 2);
 }
 
 TEST_F(Command, extractsAViewersDetailAndAnErrorBound)

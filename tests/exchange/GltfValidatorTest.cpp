@@ -35,6 +35,8 @@ TEST_F(GltfValidatorTest, findsNoErrorAndNoWarningInAnyFile)
     withoutNormals.normals.clear();
     surface::TriangleMesh badNormals = oneTriangle();
     badNormals.normals = {{0, 3, 4}, {0, 0, 0}, {1e-30F, 0, 0}};
+    surface::TriangleMesh coloured = ball({0, 0, 0}, 1, 8);
+    coloured.attributes.assign(coloured.positions.size(), 0xff804020U);
     const std::pair<const char*, surface::TriangleMesh> cases[] = {
         {"empty", {}},
         {"triangle", oneTriangle()},
@@ -44,6 +46,7 @@ TEST_F(GltfValidatorTest, findsNoErrorAndNoWarningInAnyFile)
         {"long", randomMesh(2, 65536, 21845, {5, 6, 7}, 100)},
         {"without-normals", withoutNormals},
         {"bad-normals", badNormals},
+        {"coloured", coloured},
     };
     ExportOptions options;
     options.settings = {{"spacing", "0.5"}, {"name", "\"\\\xff\n"}};

@@ -231,12 +231,39 @@ TEST_F(MeshFileTest, givesTheSameBytesEachTime)
     }
 }
 
+TEST_F(MeshFileTest, keepsAttributesWholeWhereTheFormatHasAPlaceForThem)
+{
+    for (const bool normals : {true, false}) {
+        surface::TriangleMesh mesh = ball({1, 2, 3}, 4, 16);
+        if (!normals)
+            mesh.normals.clear();
+        for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+            mesh.attributes.push_back(static_cast<std::uint32_t>(0xf0e1d2c3U * (i + 1)));
+        for (const char* extension : kExtensions) {
+            const auto report = writeMesh(mesh, path("mesh").concat(extension));
+            ASSERT_TRUE(report) << report.error().message;
+            const ReadMesh read = readMesh(path("mesh").concat(extension));
+            const bool hasPlace =
+                std::string(extension) == ".glb" || std::string(extension) == ".ply";
+            if (hasPlace) {
+                EXPECT_EQ(read.attributes, mesh.attributes) << extension;
+                EXPECT_EQ(read.indices, mesh.indices) << extension;
+                EXPECT_EQ(read.normals, mesh.normals) << extension;
+            } else {
+                ASSERT_FALSE(report->warnings.empty());
+                EXPECT_NE(report->warnings.front().find("attributes"), std::string::npos);
+            }
+        }
+    }
+}
+
 TEST_F(MeshFileTest, refusesMeshesThatContradictThemselves)
 {
     std::vector<std::pair<std::string, surface::TriangleMesh>> broken;
     broken.emplace_back("past its 3 positions", oneTriangle()).second.indices[1] = 3;
     broken.emplace_back("not three a triangle", oneTriangle()).second.indices.push_back(0);
     broken.emplace_back("2 normals for 3", oneTriangle()).second.normals.pop_back();
+    broken.emplace_back("1 attributes for 3", oneTriangle()).second.attributes = {7};
     broken.emplace_back("position 2 is not a finite", oneTriangle()).second.positions[2].y =
         std::numeric_limits<double>::infinity();
     broken.emplace_back("position 0 is not a finite", oneTriangle()).second.positions[0].z =

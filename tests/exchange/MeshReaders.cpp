@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
+#include <array>
 #include <cstring>
 #include <sstream>
 #include <stdexcept>
@@ -32,6 +33,8 @@ double takeNumber(const std::string& type, const std::string& bytes, std::size_t
         return static_cast<double>(take<float>(bytes, at));
     if (type == "uchar")
         return take<std::uint8_t>(bytes, at);
+    if (type == "uint")
+        return take<std::uint32_t>(bytes, at);
     if (type == "int")
         return take<std::int32_t>(bytes, at);
     throw std::runtime_error("unknown PLY type " + type);
@@ -99,6 +102,16 @@ ReadMesh readGlb(const std::filesystem::path& path)
     if (const auto normals = primitive.attributes.find("NORMAL");
         normals != primitive.attributes.end())
         result.normals = elements<glm::vec3>(model, normals->second);
+    if (const auto words = primitive.attributes.find("_ATTRIBUTE");
+        words != primitive.attributes.end()) {
+        const auto& type = model.accessors.at(std::size_t(words->second));
+        EXPECT_EQ(type.componentType, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE);
+        EXPECT_EQ(type.type, TINYGLTF_TYPE_VEC4);
+        for (const auto& bytes : elements<std::array<std::uint8_t, 4>>(model, words->second))
+            result.attributes.push_back(
+                bytes[0] | std::uint32_t{bytes[1]} << 8U | std::uint32_t{bytes[2]} << 16U |
+                std::uint32_t{bytes[3]} << 24U);
+    }
     if (model.accessors.at(std::size_t(primitive.indices)).componentType ==
         TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) {
         const auto indices = elements<std::uint16_t>(model, primitive.indices);
@@ -161,6 +174,10 @@ ReadMesh readPly(const std::filesystem::path& path)
                 }
                 const double number = takeNumber(property.at(0), bytes, at);
                 const std::string& name = property.at(1);
+                if (name == "attribute") {
+                    result.attributes.push_back(static_cast<std::uint32_t>(number));
+                    continue;
+                }
                 const std::size_t axis = std::string("xyz").find(name.back());
                 if (name.size() == 1)
                     position[axis] = number;

@@ -15,6 +15,7 @@ namespace isofront::exchange::test {
 struct ReadMesh {
     std::vector<glm::dvec3> positions;
     std::vector<glm::vec3> normals;
+    std::vector<std::uint32_t> attributes;
     std::vector<std::uint32_t> indices;
     std::vector<std::string> comments;
 };

@@ -1,5 +1,6 @@
 #include "support/FunctionField.h"
 
+#include <isofront/fields/Combine.h>
 #include <isofront/surface/MeshExtraction.h>
 
 #include <gtest/gtest.h>
@@ -8,6 +9,8 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 namespace isofront::surface {
 namespace {
@@ -126,6 +129,50 @@ TEST(MeshExtraction, givesTheSameBytesOnAnyNumberOfThreads)
         ASSERT_EQ(result->mesh.indices, reference->mesh.indices);
         ASSERT_TRUE(result->mesh.positions == reference->mesh.positions);
         ASSERT_TRUE(result->mesh.normals == reference->mesh.normals);
+    }
+}
+
+TEST(MeshExtraction, polishedAndColouredGivesTheSameBytesOnAnyNumberOfThreads)
+{
+    const core::Box box{glm::dvec3(0.0), glm::dvec3(1.0)};
+    extractor::ExtractionSettings settings;
+    settings.latticeSize = 8;
+    settings.filterStrength = 0;
+    settings.smoothIterations = 2;
+    settings.reproject = true;
+    settings.simplifyError = 0.05;
+    settings.alignEdges = true;
+    settings.vertices = extractor::VertexPlacement::balanced;
+    settings.attributes = true;
+    const auto field = fields::colouredByPlace(ball(), box);
+    const auto extractor =
+        std::make_shared<const extractor::CellExtractor>(field, hierarchy::Domain{}, settings);
+    std::optional<TriangleMesh> reference;
+    for (const std::size_t threads : {1U, 2U, 8U}) {
+        const auto jobs = core::makeJobs(core::JobsBackend::threads, threads);
+        const auto result = extractMesh(extractor, *jobs, atLevel(7));
+        ASSERT_TRUE(result.has_value());
+        EXPECT_GT(result->smoothSeconds, 0.0);
+        EXPECT_GT(result->simplifySeconds, 0.0);
+        if (!reference) {
+            reference = result->mesh;
+            EXPECT_EQ(badEdges(*reference), 0U);
+            // each vertex has the colour of its own place: nothing is mixed at borders
+            std::vector<double> x, y, z;
+            for (const glm::dvec3& p : reference->positions) {
+                x.push_back(p.x);
+                y.push_back(p.y);
+                z.push_back(p.z);
+            }
+            std::vector<std::uint32_t> words(x.size());
+            field->attributes({x, y, z}, words);
+            EXPECT_EQ(words, reference->attributes);
+            continue;
+        }
+        ASSERT_EQ(result->mesh.indices, reference->indices);
+        ASSERT_TRUE(result->mesh.positions == reference->positions);
+        ASSERT_TRUE(result->mesh.normals == reference->normals);
+        ASSERT_EQ(result->mesh.attributes, reference->attributes);
     }
 }
 

@@ -21,6 +21,7 @@ constexpr std::uint32_t kMagic = 0x46546C67;     // "glTF"
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A; // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004E4942;  // "BIN"
 constexpr int kFloat = 5126;
+constexpr int kUint8 = 5121;
 constexpr int kUint16 = 5123;
 constexpr int kUint32 = 5125;
 constexpr int kArrayBuffer = 34962;
@@ -113,6 +114,12 @@ void addMeshJson(Json& head, const MeshJob& job, const glm::dvec3& translation)
             add(vectorBytes,
                 kArrayBuffer,
                 {{"componentType", kFloat}, {"count", vertices}, {"type", "VEC3"}});
+    // glTF has no 32-bit integers for vertices, so a word goes as its bytes, the lowest first.
+    if (mesh.hasAttributes())
+        attributes["_ATTRIBUTE"] =
+            add(4 * vertices,
+                kArrayBuffer,
+                {{"componentType", kUint8}, {"count", vertices}, {"type", "VEC4"}});
     const auto indexAccessor =
         add(indices * indexBytes(vertices),
             kElementArrayBuffer,
@@ -148,6 +155,9 @@ double writeBinary(const MeshJob& job, const glm::dvec3& translation)
     if (mesh.hasNormals())
         for (std::size_t vertex = 0; vertex < mesh.vertexCount(); ++vertex)
             out.put(mesh.normal(vertex));
+    if (mesh.hasAttributes())
+        for (std::size_t vertex = 0; vertex < mesh.vertexCount(); ++vertex)
+            out.put(mesh.attribute(vertex));
     const bool isShort = indexBytes(mesh.vertexCount()) == 2;
     for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle)
         for (int corner = 0; corner < 3; ++corner) {
@@ -182,9 +192,11 @@ glm::dvec3 glbTranslation(const core::Box& bounds)
     return {rounded(centre.x), rounded(centre.y), rounded(centre.z)};
 }
 
-std::uint64_t glbBinaryBytes(std::uint64_t vertices, std::uint64_t triangles, bool normals)
+std::uint64_t
+glbBinaryBytes(std::uint64_t vertices, std::uint64_t triangles, bool normals, bool attributes)
 {
-    return vertices * 12 * (normals ? 2 : 1) + aligned(3 * triangles * indexBytes(vertices));
+    const std::uint64_t vertexBytes = 12 + (normals ? 12U : 0U) + (attributes ? 4U : 0U);
+    return vertices * vertexBytes + aligned(3 * triangles * indexBytes(vertices));
 }
 
 core::Result<void> writeGlb(const MeshJob& job)
@@ -204,7 +216,8 @@ core::Result<void> writeGlb(const MeshJob& job)
                 core::ErrorCode::badData,
                 "its coordinates are too large for glTF, which stores floats; write .ply or .obj");
         translation = glbTranslation(mesh.bounds());
-        binaryBytes = glbBinaryBytes(mesh.vertexCount(), mesh.triangleCount(), mesh.hasNormals());
+        binaryBytes = glbBinaryBytes(
+            mesh.vertexCount(), mesh.triangleCount(), mesh.hasNormals(), mesh.hasAttributes());
         addMeshJson(json, job, translation);
     }
 

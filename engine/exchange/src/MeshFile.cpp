@@ -55,6 +55,9 @@ core::Result<ExportReport> writeMesh(
     if (view->isEmpty())
         report.warnings.emplace_back("the surface is empty, so the file holds no triangles; check "
                                      "the isovalue and the bounds");
+    if (view->hasAttributes() && (*format == MeshFormat::obj || *format == MeshFormat::stl))
+        report.warnings.emplace_back(
+            "the format has no place for attributes, so they are left out; write .ply or .glb");
     if (view->hasNormals() && view->unusableNormals() > 0 && *format != MeshFormat::stl)
         report.warnings.emplace_back(
             std::to_string(view->unusableNormals()) +

@@ -31,7 +31,8 @@ core::Result<void> writeStl(const MeshJob& job);
 glm::dvec3 glbTranslation(const core::Box& bounds);
 
 /// The length of the binary part of a glTF file [bytes].
-std::uint64_t glbBinaryBytes(std::uint64_t vertices, std::uint64_t triangles, bool normals);
+std::uint64_t glbBinaryBytes(
+    std::uint64_t vertices, std::uint64_t triangles, bool normals, bool attributes = false);
 
 /// The text in one line, for formats whose comments end with it.
 std::string inOneLine(std::string text);

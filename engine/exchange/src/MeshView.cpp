@@ -40,6 +40,10 @@ core::Result<MeshView> MeshView::of(const surface::TriangleMesh& mesh)
         return tl::unexpected(badMesh(
             "it has " + std::to_string(mesh.normals.size()) + " normals for " +
             std::to_string(mesh.positions.size()) + " positions"));
+    if (!mesh.attributes.empty() && mesh.attributes.size() != mesh.positions.size())
+        return tl::unexpected(badMesh(
+            "it has " + std::to_string(mesh.attributes.size()) + " attributes for " +
+            std::to_string(mesh.positions.size()) + " positions"));
     const std::uint32_t last = *std::max_element(mesh.indices.begin(), mesh.indices.end());
     if (last >= mesh.positions.size())
         return tl::unexpected(badMesh(

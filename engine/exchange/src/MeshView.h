@@ -20,6 +20,7 @@ public:
     /// Without triangles; then there are no vertices to export either.
     [[nodiscard]] bool isEmpty() const { return _mesh->indices.empty(); }
     [[nodiscard]] bool hasNormals() const { return !isEmpty() && !_mesh->normals.empty(); }
+    [[nodiscard]] bool hasAttributes() const { return !isEmpty() && !_mesh->attributes.empty(); }
     [[nodiscard]] std::size_t vertexCount() const
     {
         return isEmpty() ? 0 : _mesh->positions.size();
@@ -32,6 +33,10 @@ public:
     }
     /// Of unit length; the z axis where the mesh has none that can be made so.
     [[nodiscard]] glm::vec3 normal(std::size_t vertex) const;
+    [[nodiscard]] std::uint32_t attribute(std::size_t vertex) const
+    {
+        return _mesh->attributes[vertex];
+    }
     [[nodiscard]] const std::uint32_t* triangle(std::size_t index) const
     {
         return _mesh->indices.data() + 3 * index;

@@ -25,6 +25,8 @@ core::Result<void> writePly(const MeshJob& job)
             "\nproperty double x\nproperty double y\nproperty double z\n";
     if (mesh.hasNormals())
         head += "property float nx\nproperty float ny\nproperty float nz\n";
+    if (mesh.hasAttributes())
+        head += "property uint attribute\n";
     head += "element face " + std::to_string(mesh.triangleCount()) +
             "\nproperty list uchar int vertex_indices\nend_header\n";
 
@@ -34,6 +36,8 @@ core::Result<void> writePly(const MeshJob& job)
         out.put(mesh.position(vertex));
         if (mesh.hasNormals())
             out.put(mesh.normal(vertex));
+        if (mesh.hasAttributes())
+            out.put(mesh.attribute(vertex));
     }
     for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
         out.put(std::uint8_t{3});

@@ -251,10 +251,7 @@ private:
             });
             for (JoinedCell& cell : block) {
                 _keptBytes += bytesOf(cell);
-                _result.sampleSeconds += cell.trace.sampleSeconds;
-                _result.contourSeconds += cell.trace.contourSeconds;
-                _result.normalSeconds += cell.trace.normalSeconds;
-                cell.trace.sampleSeconds = cell.trace.contourSeconds = cell.trace.normalSeconds = 0;
+                takeTimes(cell.trace);
                 _kept.emplace(cell.id, std::move(cell));
             }
             if (auto error = overLimit(_keptBytes, "the meshes of the cells"))
@@ -263,6 +260,18 @@ private:
                 return error;
         }
         return std::nullopt;
+    }
+
+    /// Adds a cell's times to the result's, once.
+    void takeTimes(extractor::CellTrace& trace)
+    {
+        for (const auto& [from, to] :
+             {std::pair{&trace.sampleSeconds, &_result.sampleSeconds},
+              std::pair{&trace.contourSeconds, &_result.contourSeconds},
+              std::pair{&trace.smoothSeconds, &_result.smoothSeconds},
+              std::pair{&trace.simplifySeconds, &_result.simplifySeconds},
+              std::pair{&trace.normalSeconds, &_result.normalSeconds}})
+            *to += std::exchange(*from, 0.0);
     }
 
     void extract(JoinedCell& cell) const
@@ -308,7 +317,9 @@ private:
             return error;
 
         const int n = _extractor->settings().latticeSize;
-        MeshJoiner joiner(_extractor->domain(), n, _result.finestLevel);
+        const bool hasAttributes =
+            _extractor->settings().attributes && _extractor->field().hasAttributes();
+        MeshJoiner joiner(_extractor->domain(), n, _result.finestLevel, hasAttributes);
         joiner.reserve(_result.mesh, ids.size());
         std::array<std::vector<JoinedCell>, 3> blocks;
         const std::size_t blockCount = (ids.size() + kBlock - 1) / kBlock;
@@ -384,10 +395,7 @@ private:
             _result.cellsSkipped += stats.provedEmpty ? 1U : 0U;
             _result.samples += stats.samples;
             _result.sanitisedSamples += stats.sanitisedSamples;
-            _result.sampleSeconds += cell.trace.sampleSeconds;
-            _result.contourSeconds += cell.trace.contourSeconds;
-            _result.normalSeconds += cell.trace.normalSeconds;
-            cell.trace.sampleSeconds = cell.trace.contourSeconds = cell.trace.normalSeconds = 0;
+            takeTimes(cell.trace);
             const double rms = double(stats.errorRms) * stretch;
             _squaredError += rms * rms * static_cast<double>(cell.mesh.triangleCount());
             _result.errorMax = std::max(_result.errorMax, double(stats.errorMax) * stretch);
@@ -402,6 +410,7 @@ private:
     {
         return mesh.positions.size() * sizeof(glm::dvec3) +
                mesh.normals.size() * sizeof(glm::vec3) +
+               mesh.attributes.size() * sizeof(std::uint32_t) +
                mesh.indices.size() * sizeof(std::uint32_t);
     }
 

@@ -50,10 +50,12 @@ std::uint32_t BorderNumbers::numberOf(const extractor::BorderVertex& border, std
     return look(_short, key);
 }
 
-MeshJoiner::MeshJoiner(const hierarchy::Domain& domain, int latticeSize, int finestLevel)
+MeshJoiner::MeshJoiner(
+    const hierarchy::Domain& domain, int latticeSize, int finestLevel, bool hasAttributes)
     : _domain(domain), _latticeSize(latticeSize),
       _normalMatrix(domain.worldFromField.normalMatrix()),
-      _mirrors(domain.worldFromField.mirrors()), _borders(latticeSize, finestLevel)
+      _mirrors(domain.worldFromField.mirrors()), _hasAttributes(hasAttributes),
+      _borders(latticeSize, finestLevel)
 {
 }
 
@@ -89,6 +91,8 @@ void MeshJoiner::setSizes(TriangleMesh& mesh) const
 {
     mesh.positions.resize(_vertices);
     mesh.normals.resize(_vertices);
+    if (_hasAttributes)
+        mesh.attributes.resize(_vertices);
     mesh.indices.resize(_indices);
 }
 
@@ -113,6 +117,8 @@ void MeshJoiner::write(const JoinedCell& cell, TriangleMesh& mesh, core::Box& bo
         mesh.positions[global[i]] = position;
         mesh.normals[global[i]] =
             glm::vec3(glm::normalize(_normalMatrix * extractor::fromOctahedral(vertex.normal)));
+        if (_hasAttributes)
+            mesh.attributes[global[i]] = part.attributes[i];
         bounds.include(position);
     }
 

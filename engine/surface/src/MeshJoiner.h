@@ -80,7 +80,9 @@ private:
 /// but not beside `setSizes`.
 class MeshJoiner {
 public:
-    MeshJoiner(const hierarchy::Domain& domain, int latticeSize, int finestLevel);
+    /// @param hasAttributes  whether cells with triangles have attributes
+    MeshJoiner(
+        const hierarchy::Domain& domain, int latticeSize, int finestLevel, bool hasAttributes);
 
     /// Gives the cell's vertices and triangles their places.
     /// @return false if there are more vertices than 32 bits can number
@@ -104,6 +106,7 @@ private:
     int _latticeSize;
     glm::dmat3 _normalMatrix;
     bool _mirrors;
+    bool _hasAttributes;
     BorderNumbers _borders;
     std::uint32_t _vertices = 0;
     std::size_t _indices = 0;

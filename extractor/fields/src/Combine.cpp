@@ -158,6 +158,53 @@ private:
     double _scale;
 };
 
+class ColouredByPlace final : public Field {
+public:
+    ColouredByPlace(std::shared_ptr<const Field> field, const core::Box& box)
+        : _field(std::move(field)), _box(box)
+    {
+    }
+
+    void sample(const SampleBatch& batch, std::span<float> values) const override
+    {
+        _field->sample(batch, values);
+    }
+    void gradient(const SampleBatch& batch, GradientSpans gradients) const override
+    {
+        _field->gradient(batch, gradients);
+    }
+    void sampleWithGradient(
+        const SampleBatch& batch, std::span<float> values, GradientSpans gradients) const override
+    {
+        _field->sampleWithGradient(batch, values, gradients);
+    }
+    void sampleGrid(const SampleGrid& grid, std::span<float> values) const override
+    {
+        _field->sampleGrid(grid, values);
+    }
+    bool hasAttributes() const override { return true; }
+    void attributes(const SampleBatch& batch, std::span<std::uint32_t> words) const override
+    {
+        const auto shade = [&](std::size_t axis, double coordinate) {
+            const double share = (coordinate - _box.low[axis]) / (_box.high[axis] - _box.low[axis]);
+            return static_cast<std::uint32_t>(255 * std::clamp(share, 0.0, 1.0) + 0.5);
+        };
+        for (std::size_t i = 0; i < batch.size(); ++i)
+            words[i] =
+                shade(0, batch.x[i]) | shade(1, batch.y[i]) << 8U | shade(2, batch.z[i]) << 16U;
+    }
+    core::Interval bounds(const core::Box& box, core::Interval radius) const override
+    {
+        return _field->bounds(box, radius);
+    }
+    double differenceStep(double radius) const override { return _field->differenceStep(radius); }
+    std::optional<core::Box> dataBox() const override { return _field->dataBox(); }
+
+private:
+    std::shared_ptr<const Field> _field;
+    core::Box _box;
+};
+
 std::shared_ptr<const Field> combined(
     Operation operation, std::shared_ptr<const Field> first, std::shared_ptr<const Field> second)
 {
@@ -189,6 +236,15 @@ placed(std::shared_ptr<const Field> field, const glm::dvec3& translation, double
 {
     ISOFRONT_ASSERT(scale > 0, "a scale must be above zero");
     return std::make_shared<Placed>(std::move(field), translation, scale);
+}
+
+std::shared_ptr<const Field>
+colouredByPlace(std::shared_ptr<const Field> field, const core::Box& box)
+{
+    ISOFRONT_ASSERT(
+        box.high.x > box.low.x && box.high.y > box.low.y && box.high.z > box.low.z,
+        "colours need a box of positive size");
+    return std::make_shared<ColouredByPlace>(std::move(field), box);
 }
 
 } // namespace isofront::fields

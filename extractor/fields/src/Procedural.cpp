@@ -104,9 +104,14 @@ std::vector<Maker> makers()
     std::vector<Maker> all;
     all.push_back({describeTerrain(), makeTerrainSource});
     all.push_back(
-        {{"sphere", "a ball about the origin", {number("radius", "of the ball", "1", 1e-6, 1e9)}},
+        {{"sphere",
+          "a ball about the origin, coloured by place",
+          {number("radius", "of the ball", "1", 1e-6, 1e9)}},
          [](const Arguments& a) {
-             return shapeSource(sphere(glm::dvec3(0), a["radius"]), 1.25 * a["radius"]);
+             const glm::dvec3 reach(a["radius"]);
+             return shapeSource(
+                 colouredByPlace(sphere(glm::dvec3(0), a["radius"]), {-reach, reach}),
+                 1.25 * a["radius"]);
          }});
     all.push_back(
         {{"torus",

@@ -42,6 +42,9 @@ struct ExportReport {
 /// Writes a mesh in the format of the path's extension, whole or not at all (see OutputFile). World
 /// coordinates stay as they are: nothing is rotated or scaled.
 ///
+/// Attributes go to PLY as the property `attribute`, and to glTF as `_ATTRIBUTE`: four bytes, the
+/// lowest first. OBJ and STL have no place for them, which a warning says.
+///
 /// A mesh without triangles gives a valid file and a warning. Normals are optional (none at all);
 /// one that is not of unit length is made so, because readers reject it.
 ///

@@ -50,8 +50,10 @@ struct ExtractedMesh {
     double errorRms = 0;      ///< estimated, over all cells by triangles [world]; if asked for
     double errorMax = 0;      ///< the same, largest [world]
     double frontSeconds = 0;  ///< finding the cells
-    double sampleSeconds = 0; ///< these four summed over threads
+    double sampleSeconds = 0; ///< these six summed over threads
     double contourSeconds = 0;
+    double smoothSeconds = 0;
+    double simplifySeconds = 0;
     double normalSeconds = 0;
     double joinSeconds = 0;
 };

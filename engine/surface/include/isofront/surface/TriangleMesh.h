@@ -13,6 +13,8 @@ namespace isofront::surface {
 struct TriangleMesh {
     std::vector<glm::dvec3> positions; ///< [world]
     std::vector<glm::vec3> normals;    ///< unit, pointing outside, one a position
+    /// What the field says of each position, a colour or a material; empty unless asked for.
+    std::vector<std::uint32_t> attributes;
     /// Three a triangle, counter-clockwise seen from outside.
     std::vector<std::uint32_t> indices;
     core::Box bounds; ///< of the positions [world]; empty if there are none

@@ -29,4 +29,10 @@ differenceOf(std::shared_ptr<const Field> first, std::shared_ptr<const Field> se
 std::shared_ptr<const Field>
 placed(std::shared_ptr<const Field> field, const glm::dvec3& translation, double scale = 1.0);
 
+/// The field with a colour for every place, as its attribute: 0xBBGGRR, each a coordinate across
+/// the box from 0 to 255, clamped outside. Everything else is the field's own.
+/// @param box  of positive size along every axis (asserted)
+std::shared_ptr<const Field>
+colouredByPlace(std::shared_ptr<const Field> field, const core::Box& box);
+
 } // namespace isofront::fields
