@@ -37,6 +37,7 @@ CONFINED = [
     (r"openvdb/", ["extractor/volume/src/VdbReader.cpp"]),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
+    (r"vtk", ["bench/src/peers/Vtk.cpp"]),
     (r"hwy/", ["extractor/fields/src", "bench/src/FmaProbe.cpp"]),
     (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),
 ]

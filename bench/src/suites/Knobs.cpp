@@ -45,7 +45,7 @@ Table swept(const Context& context, const Knob& knob, const std::vector<Subject>
             context,
             subject,
             context.pick(1.0 / 64, 1.0 / 256),
-            context.pick<std::size_t>(2000, 50000));
+            context.pick<std::size_t>(2000, 20000));
         for (const KnobValue& value : knob.values) {
             if (context.isStopped())
                 return table;
@@ -93,13 +93,13 @@ SuiteResult runLattice(const Context& context)
         {}};
     appendFigureColumns(table);
     SuiteResult result;
-    const std::vector<int> resolutions = context.pick<std::vector<int>>({32}, {32, 64, 128, 256});
+    const std::vector<int> resolutions = context.pick<std::vector<int>>({32}, {32, 64, 128});
     for (const Subject& subject : {sphereSubject(), gyroidSubject(), canyonSubject()}) {
         const DistanceMeasure measure = measureFor(
             context,
             subject,
-            context.pick(1.0 / 64, 1.0 / 512),
-            context.pick<std::size_t>(2000, 50000));
+            context.pick(1.0 / 64, 1.0 / 256),
+            context.pick<std::size_t>(2000, 20000));
         for (const int n : {4, 8, 16})
             for (const int resolution : resolutions) {
                 if (context.isStopped())
