@@ -33,11 +33,11 @@ FLOORS = {
 }
 # A library that only some places may name: pattern of the include, folders or files allowed
 CONFINED = [
+    (r"vtk", ["bench/src/peers/Vtk.cpp"]),
     (r"tbb/", ["core/src/jobs"]),
     (r"openvdb/", ["extractor/volume/src/VdbReader.cpp"]),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
-    (r"vtk", ["bench/src/peers/Vtk.cpp"]),
     (r"hwy/", ["extractor/fields/src", "bench/src/FmaProbe.cpp"]),
     (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),
 ]

@@ -146,6 +146,31 @@ SuiteResult runLattice(const Context& context)
     return result;
 }
 
+SuiteResult runVertices(const Context& context)
+{
+    using extractor::VertexPlacement;
+    const auto by = [](VertexPlacement placement, bool aligned) {
+        return [placement, aligned](extractor::ExtractionSettings& settings) {
+            settings.vertices = placement;
+            settings.alignEdges = aligned;
+        };
+    };
+    const Knob knob{
+        "vertices",
+        "",
+        "as listed in the table",
+        {{"on the surface", 0, by(VertexPlacement::onSurface, false)},
+         {"on the surface, edges aligned", 1, by(VertexPlacement::onSurface, true)},
+         {"balanced", 2, by(VertexPlacement::balanced, false)},
+         {"balanced, edges aligned", 3, by(VertexPlacement::balanced, true)}},
+        8};
+    SuiteResult result;
+    Table table = swept(context, knob, {sphereSubject(), gyroidSubject(), canyonSubject()});
+    checkTopologyOf(result, table);
+    result.tables = {std::move(table)};
+    return result;
+}
+
 SuiteResult runNormals(const Context& context)
 {
     using extractor::NormalSource;
