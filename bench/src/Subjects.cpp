@@ -85,7 +85,7 @@ Subject sphereSubject()
 
 Subject steepSubject()
 {
-    return {"steep ball", std::make_shared<SteepBall>(kCentre, 0.37), {}, 0, true};
+    return {"steep-ball", std::make_shared<SteepBall>(kCentre, 0.37), {}, 0, true};
 }
 
 Subject planeSubject()

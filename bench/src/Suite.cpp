@@ -19,6 +19,7 @@ const std::vector<Suite>& suites()
         {"kappa", "What does the low-pass filter take away, and what does it spare?", runKappa},
         {"smooth", "What do passes of smoothing do to slivers, and to the error?", runSmooth},
         {"simplify", "How many triangles does an error that is allowed save?", runSimplify},
+        {"vertices", "What do better places for vertices and edges save?", runVertices},
         {"normals", "How good are normals from fewer samples?", runNormals},
         {"stages", "Where does the time in a cell go?", runStages},
         {"growth", "How do time and memory grow with the domain?", runGrowth},

@@ -6,6 +6,7 @@
 #include "Subjects.h"
 #include "Suites.h"
 #include "isofront/bench/GridContour.h"
+#include "isofront/bench/Peers.h"
 #include "isofront/bench/TetrahedraContour.h"
 #include "isofront/bench/Topology.h"
 
@@ -66,6 +67,20 @@ Meshed byGrid(const Subject& subject, int stepsPerEdge)
     return meshed;
 }
 
+Method peerMethod(const GridPeer& peer)
+{
+    return {peer.name, [&peer](const Subject& subject, int stepsPerEdge) {
+                Meshed meshed;
+                meshed.step = subject.domain.edge / stepsPerEdge;
+                meshed.timing = timed([&] {
+                    const GridSamples grid =
+                        sampledGrid(*subject.field, subject.domain, stepsPerEdge);
+                    meshed.mesh = peer.mesh(grid, subject.isovalue);
+                });
+                return meshed;
+            }};
+}
+
 Meshed byTetrahedra(const Subject& subject, int stepsPerEdge)
 {
     Meshed meshed;
@@ -82,12 +97,15 @@ Meshed byTetrahedra(const Subject& subject, int stepsPerEdge)
 
 std::vector<Method> methods()
 {
-    return {
+    std::vector<Method> all = {
         cellsMethod(4),
         cellsMethod(8),
         cellsMethod(16),
         {"marching cubes", byGrid},
         {"tetrahedra", byTetrahedra}};
+    for (const GridPeer& peer : gridPeers())
+        all.push_back(peerMethod(peer));
+    return all;
 }
 
 /// Slope of the line of least squares through the logarithms of one curve.
@@ -151,14 +169,13 @@ SuiteResult runAccuracy(const Context& context)
     std::vector<Subject> subjects = {sphereSubject(), gyroidSubject(), canyonSubject()};
     if (context.isFull())
         subjects.insert(subjects.begin() + 1, {steepSubject(), torusSubject()});
-    const std::vector<int> resolutions =
-        context.pick<std::vector<int>>({16, 32}, {32, 64, 128, 256});
+    const std::vector<int> resolutions = context.pick<std::vector<int>>({16, 32}, {32, 64, 128});
     for (const Subject& subject : subjects) {
         const DistanceMeasure measure = measureFor(
             context,
             subject,
-            context.pick(1.0 / 64, 1.0 / 512),
-            context.pick<std::size_t>(2000, 100000));
+            context.pick(1.0 / 64, 1.0 / 256),
+            context.pick<std::size_t>(2000, 20000));
         for (const Method& method : methods())
             for (const int resolution : resolutions) {
                 if (context.isStopped())

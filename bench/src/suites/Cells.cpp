@@ -368,7 +368,7 @@ SuiteResult runBounds(const Context& context)
             continue;
         const std::string title =
             parameters.empty() ? name : name + " " + parameters.begin()->second;
-        for (const int level : context.pick<std::vector<int>>({6, 9}, {6, 9, 12, 15})) {
+        for (const int level : context.pick<std::vector<int>>({6, 9}, {6, 9, 12})) {
             if (context.isStopped())
                 return result;
             context.say(title + ", level " + std::to_string(level));

@@ -45,7 +45,7 @@ Table swept(const Context& context, const Knob& knob, const std::vector<Subject>
             context,
             subject,
             context.pick(1.0 / 64, 1.0 / 256),
-            context.pick<std::size_t>(2000, 50000));
+            context.pick<std::size_t>(2000, 20000));
         for (const KnobValue& value : knob.values) {
             if (context.isStopped())
                 return table;
@@ -93,13 +93,13 @@ SuiteResult runLattice(const Context& context)
         {}};
     appendFigureColumns(table);
     SuiteResult result;
-    const std::vector<int> resolutions = context.pick<std::vector<int>>({32}, {32, 64, 128, 256});
+    const std::vector<int> resolutions = context.pick<std::vector<int>>({32}, {32, 64, 128});
     for (const Subject& subject : {sphereSubject(), gyroidSubject(), canyonSubject()}) {
         const DistanceMeasure measure = measureFor(
             context,
             subject,
-            context.pick(1.0 / 64, 1.0 / 512),
-            context.pick<std::size_t>(2000, 50000));
+            context.pick(1.0 / 64, 1.0 / 256),
+            context.pick<std::size_t>(2000, 20000));
         for (const int n : {4, 8, 16})
             for (const int resolution : resolutions) {
                 if (context.isStopped())
@@ -142,6 +142,31 @@ SuiteResult runLattice(const Context& context)
              true,
              {}});
     }
+    result.tables = {std::move(table)};
+    return result;
+}
+
+SuiteResult runVertices(const Context& context)
+{
+    using extractor::VertexPlacement;
+    const auto by = [](VertexPlacement placement, bool aligned) {
+        return [placement, aligned](extractor::ExtractionSettings& settings) {
+            settings.vertices = placement;
+            settings.alignEdges = aligned;
+        };
+    };
+    const Knob knob{
+        "vertices",
+        "",
+        "as listed in the table",
+        {{"on the surface", 0, by(VertexPlacement::onSurface, false)},
+         {"on the surface, edges aligned", 1, by(VertexPlacement::onSurface, true)},
+         {"balanced", 2, by(VertexPlacement::balanced, false)},
+         {"balanced, edges aligned", 3, by(VertexPlacement::balanced, true)}},
+        8};
+    SuiteResult result;
+    Table table = swept(context, knob, {sphereSubject(), gyroidSubject(), canyonSubject()});
+    checkTopologyOf(result, table);
     result.tables = {std::move(table)};
     return result;
 }

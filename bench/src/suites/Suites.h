@@ -18,5 +18,6 @@ SuiteResult runSimplify(const Context& context);
 SuiteResult runSmooth(const Context& context);
 SuiteResult runStages(const Context& context);
 SuiteResult runVolumes(const Context& context);
+SuiteResult runVertices(const Context& context);
 
 } // namespace isofront::bench

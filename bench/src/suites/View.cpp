@@ -119,13 +119,13 @@ SuiteResult runPixelError(const Context& context)
           {-0.5}},
          {"cpu", "Time over error seen", "cpu", "seen_rms", "series", "", "", true, true, {}}}};
     SuiteResult result;
-    const Scene scene = context.isFull() ? canyonScene(1280, 720) : canyonScene(160, 90);
+    const Scene scene = context.isFull() ? canyonScene(640, 360) : canyonScene(160, 90);
     const double reach = 400;
     const TrueSurface surface(scene.field, 0);
     context.say("the reference");
     const core::Box everywhere = scene.domain.fieldBox();
-    const std::size_t samples = context.pick<std::size_t>(4000, 100000);
-    const double finePixels = context.pick(1.0, 0.5);
+    const std::size_t samples = context.pick<std::size_t>(4000, 20000);
+    const double finePixels = 1.0;
     const surface::ExtractedMesh fine = meshFor(scene, 8, 0, finePixels, *context.jobs, nullptr);
     const DistanceMeasure measure(
         surface,
@@ -147,7 +147,7 @@ SuiteResult runPixelError(const Context& context)
         samples,
         context.jobs);
     const std::vector<double> asked =
-        context.pick<std::vector<double>>({2, 8}, {1, 1.5, 2, 3, 4, 6, 8, 16});
+        context.pick<std::vector<double>>({2, 8}, {2, 3, 4, 6, 8, 16});
     for (const int n : context.pick<std::vector<int>>({8}, {8, 16}))
         for (const double filter : {0.0, 1.0}) {
             double before = 0;
@@ -219,11 +219,11 @@ SuiteResult runGrowth(const Context& context)
              {}});
     constexpr double kLeast = 512; // [m]
     constexpr int kLattice = 8;
-    // 512 m / (2 n 2^(level / 3)): 1 m for full, 4 m for quick
-    const int leastLevel = context.pick(9, 15);
-    const double pixelError = context.pick(8.0, 3.0);
-    const int doublings = context.pick(3, 8);
-    const int withoutDetail = context.pick(1, 4);
+    // 512 m / (2 n 2^(level / 3)): 2 m for full, 4 m for quick
+    const int leastLevel = context.pick(9, 12);
+    const double pixelError = context.pick(8.0, 4.0);
+    const int doublings = context.pick(3, 6);
+    const int withoutDetail = context.pick(1, 3);
     const auto preset = fields::terrainPreset("canyon");
     const auto field = fields::terrain(*preset, 7, 1);
     hierarchy::View view;

@@ -53,7 +53,7 @@ SuiteResult runVolumes(const Context& context)
     appendFigureColumns(table);
     SuiteResult result;
     constexpr int kLattice = 4;
-    const double most = context.pick(0.4, 40.0); // million voxels
+    const double most = context.pick(0.4, 20.0); // million voxels
     for (const auto& file : volumesIn(context.dataFolders)) {
         if (context.isStopped())
             return result;
@@ -85,7 +85,7 @@ SuiteResult runVolumes(const Context& context)
         const TrueSurface surface = subject.surface();
         const CellsMesh fine =
             cellsMesh(subject, settingsFor(subject, 8, level), level); // half a voxel
-        const std::size_t samples = context.pick<std::size_t>(2000, 50000);
+        const std::size_t samples = context.pick<std::size_t>(2000, 20000);
         constexpr double kReach = 3; // [voxels]
         const DistanceMeasure measure(
             surface,
