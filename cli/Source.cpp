@@ -82,7 +82,13 @@ core::Result<Source> openProcedural(const std::string& text)
 core::Result<Source> openVolume(const std::string& text, const SourceOptions& options)
 {
     auto loaded = volume::loadVolume(
-        text, {.memoryLimit = options.memoryLimit, .gridName = options.grid, .stop = options.stop});
+        text,
+        {.memoryLimit = options.memoryLimit,
+         .gridName = options.grid,
+         .series = options.series,
+         .rawLayout = options.rawLayout,
+         .voxelSize = options.voxelSize,
+         .stop = options.stop});
     if (!loaded)
         return tl::unexpected<core::Error>(loaded.error());
 
@@ -164,7 +170,7 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
             core::ErrorCode::usage, "SOURCE is empty: give a volume file or proc:NAME");
     if (text.starts_with(kProcedural))
         return openProcedural(text);
-    if (elevation::isElevationName(text))
+    if (elevation::isElevationName(text) && !volume::isVolume(text))
         return openElevation(text, options);
     return openVolume(text, options);
 }

@@ -50,6 +50,9 @@ struct Source {
 struct SourceOptions {
     std::uint64_t memoryLimit = std::uint64_t{8} << 30U; ///< [bytes]
     std::string grid = {};                               ///< of a VDB file
+    std::string series = {};                             ///< of a DICOM folder
+    std::string rawLayout = {};                          ///< of a raw volume
+    std::optional<glm::dvec3> voxelSize = {};            ///< of a dense volume [world]
     std::optional<glm::dvec2> pixelSize = {};            ///< of an elevation raster [m]
     std::optional<double> heightScale = {};              ///< of an elevation raster [m]
     std::optional<double> noData = {};                   ///< of an elevation raster

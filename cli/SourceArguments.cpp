@@ -46,6 +46,18 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments)
         ->check(within(0.001, 1e6))
         ->capture_default_str();
     command.add_option(
+        "--series",
+        arguments.series,
+        "of a DICOM folder: part of the identifier or the description of a series");
+    command.add_option(
+        "--raw",
+        arguments.rawLayout,
+        "what a raw file holds: SIZE,TYPE,ORDER[,OFFSET], as in 256x256x128,uint16,little,0");
+    command.add_option(
+        "--voxel-size",
+        arguments.voxelSize,
+        "of a volume, instead of what the file says: X,Y,Z [world]");
+    command.add_option(
         "--pixel-size",
         arguments.pixelSize,
         "of an elevation raster: distance of two heights, X or X,Y [m]");
@@ -67,6 +79,8 @@ core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std:
     options.memoryLimit =
         static_cast<std::uint64_t>(arguments.memoryLimitGib * double(1ULL << 30U));
     options.grid = arguments.grid;
+    options.series = arguments.series;
+    options.rawLayout = arguments.rawLayout;
     options.heightScale = arguments.heightScale;
     options.noData = arguments.noData;
     options.stop = std::move(stop);
@@ -75,6 +89,12 @@ core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std:
         if (!size)
             return tl::unexpected<core::Error>(size.error());
         options.pixelSize = *size;
+    }
+    if (!arguments.voxelSize.empty()) {
+        const auto size = parsePoint(arguments.voxelSize, "--voxel-size");
+        if (!size)
+            return tl::unexpected<core::Error>(size.error());
+        options.voxelSize = *size;
     }
     return options;
 }

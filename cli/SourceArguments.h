@@ -15,6 +15,9 @@ namespace isofront::cli {
 /// What the user says about a source: the same options in every command that opens one.
 struct SourceArguments {
     std::string grid;
+    std::string series;
+    std::string rawLayout;
+    std::string voxelSize;
     double memoryLimitGib = 8;
     std::string pixelSize;
     std::optional<double> heightScale;

@@ -58,8 +58,8 @@ TEST_F(HostileFiles, thatAreMissingOrUnreadableAreInputOutputErrors)
 {
     expectRefused(folder.path("none.nrrd"), ErrorCode::inputOutput, "no such file");
     expectRefused(folder.path("none/none.vdb"), ErrorCode::inputOutput, "no such file");
-    std::filesystem::create_directory(folder.path("folder.nii"));
-    expectRefused(folder.path("folder.nii"), ErrorCode::inputOutput, "not a regular file");
+    std::filesystem::create_symlink("/dev/null", folder.path("device.nii"));
+    expectRefused(folder.path("device.nii"), ErrorCode::inputOutput, "not a regular file");
     const auto locked = folder.file("locked.nrrd", test::nrrdHeader("uint8", "4 4 4") + k64);
     std::filesystem::permissions(locked, std::filesystem::perms::none);
     if (!std::ifstream(locked)) // the superuser may read everything
@@ -69,8 +69,7 @@ TEST_F(HostileFiles, thatAreMissingOrUnreadableAreInputOutputErrors)
 TEST_F(HostileFiles, ofUnknownExtensionListTheKnownOnes)
 {
     for (const char* name : {"volume.txt", "volume", "volume.gz", ".vdbx", "volume.nrrd.bz2"})
-        expectRefused(
-            name, "x", ErrorCode::usage, ".nrrd, .nhdr, .nii, .nii.gz, .mha, .mhd and .vdb");
+        expectRefused(name, "x", ErrorCode::usage, ".nrrd, .nhdr, .nii, .nii.gz, .mha, .mhd, .vdb");
 }
 
 TEST_F(HostileFiles, thatAreEmptyOrOfAnotherKindAreBadData)
@@ -105,7 +104,7 @@ TEST_F(HostileFiles, ofNrrdWithWrongHeadersAreBadData)
         test::nrrdHeader("uint8", "1000000 1000000 1000000", "gzip") + k64,
         ErrorCode::badData,
         "cut short");
-    expectRefused("k.nrrd", test::nrrdHeader("int64", "2 2 2") + k64, ErrorCode::badData, "int64");
+    expectRefused("k.nrrd", test::nrrdHeader("int128", "2 2 2"), ErrorCode::badData, "int128");
     expectRefused("l.nrrd", test::nrrdHeader("block", "2 2 2") + k64, ErrorCode::badData, "block");
     expectRefused(
         "m.nrrd",

@@ -1,8 +1,11 @@
 #include "FileHeader.h"
 
+#include <isofront/core/Assert.h>
+
 #include <zlib.h>
 
 #include <algorithm>
+#include <bit>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -15,7 +18,9 @@ namespace {
 /// How many bytes a zlib stream, or gzip members one after the other, unpack to, as far as they are
 /// whole. Stops beyond `most`.
 /// @param packedBytes  what may be read of the file
-std::uint64_t inflatedBytes(std::istream& file, std::uint64_t packedBytes, std::uint64_t most)
+/// @param into         room for `most` bytes, or null
+std::uint64_t inflatedBytes(
+    std::istream& file, std::uint64_t packedBytes, std::uint64_t most, std::byte* into = nullptr)
 {
     constexpr std::size_t kChunk = std::size_t{1} << 18U;
     std::vector<unsigned char> packed(kChunk);
@@ -38,10 +43,13 @@ std::uint64_t inflatedBytes(std::istream& file, std::uint64_t packedBytes, std::
         }
         if (state == Z_STREAM_END && inflateReset(&inflater) != Z_OK)
             break;
-        inflater.next_out = unpacked.data();
-        inflater.avail_out = static_cast<uInt>(kChunk);
+        const std::uint64_t room =
+            into != nullptr ? std::min<std::uint64_t>(kChunk, most - total) : kChunk;
+        inflater.next_out =
+            into != nullptr ? reinterpret_cast<Bytef*>(into + total) : unpacked.data();
+        inflater.avail_out = static_cast<uInt>(room);
         state = inflate(&inflater, Z_NO_FLUSH);
-        total += kChunk - inflater.avail_out;
+        total += room - inflater.avail_out;
     }
     inflateEnd(&inflater);
     return total;
@@ -64,6 +72,24 @@ core::Result<void> checkCompressedData(const FileHeader& header)
             core::ErrorCode::badData,
             "the compressed data are damaged or cut short: they unpack to " +
                 std::to_string(whole) + " of " + std::to_string(needed) + " bytes");
+    return {};
+}
+
+core::Result<void> readCompressedData(const FileHeader& header, std::span<std::byte> into)
+{
+    ISOFRONT_ASSERT(into.size() == header.dataBytes(), "the buffer must have the data's size");
+    std::ifstream file(header.dataFile, std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(header.dataOffset));
+    const std::uint64_t packed =
+        header.packedBytes > 0 ? header.packedBytes : std::numeric_limits<std::uint64_t>::max();
+    if (inflatedBytes(file, packed, into.size(), into.data()) < into.size())
+        return core::failure(
+            core::ErrorCode::badData, "the compressed data are damaged; get the file again");
+    if (header.bigEndian != (std::endian::native == std::endian::big)) {
+        const auto size = static_cast<std::ptrdiff_t>(header.voxelBytes);
+        for (auto number = into.begin(); number != into.end(); number += size)
+            std::reverse(number, number + size);
+    }
     return {};
 }
 

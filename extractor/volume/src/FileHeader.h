@@ -3,8 +3,10 @@
 #include "isofront/volume/LoadVolume.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 
 namespace isofront::volume {
@@ -28,6 +30,7 @@ struct FileHeader {
 
     /// [bytes] how many compressed bytes the header counts; 0 if it doesn't say
     std::uint64_t packedBytes = 0;
+    bool bigEndian = false;           ///< MetaImage: most significant bytes come first
     std::uint64_t unpackedOffset = 0; ///< [bytes] what precedes the voxels once they are unpacked
 
     /// Voxels times bytes; meaningful once `checkHeader` has passed.
@@ -35,16 +38,21 @@ struct FileHeader {
 };
 
 core::Result<FileHeader> readNrrdHeader(const std::filesystem::path& path);
-/// NIfTI-1 in one file, plain or gzipped.
-core::Result<FileHeader> readNiftiHeader(const std::filesystem::path& path);
 core::Result<FileHeader> readMetaImageHeader(const std::filesystem::path& path);
 /// Fails if the dimensions are senseless, the data exceed the memory limit, or the file can't hold
 /// them.
 core::Result<void> checkHeader(const FileHeader& header, std::uint64_t memoryLimit);
 
 /// Unpacks compressed data, into nothing, and fails if they are not all there. Teem notices that by
-/// itself, but the NIfTI library and MetaIO don't: they leave the rest unset.
+/// itself, but MetaIO doesn't: it leaves the rest unset.
 /// @param header  one that `checkHeader` has passed
 core::Result<void> checkCompressedData(const FileHeader& header);
+
+/// Unpacks compressed data, in the byte order of this machine. Where a MetaImage has its data in
+/// the same file and doesn't say how long they are, MetaIO unpacks the header, fails, and says
+/// nothing.
+/// @param header  one that `checkHeader` and `checkCompressedData` have passed
+/// @param into    as many bytes as the header promises (asserted)
+core::Result<void> readCompressedData(const FileHeader& header, std::span<std::byte> into);
 
 } // namespace isofront::volume

@@ -3,13 +3,13 @@
 #include "Assembly.h"
 
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
 #include <cctype>
 #include <iostream>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <streambuf>
 #include <utility>
 
@@ -60,14 +60,11 @@ itk::ImageIOBase::Pointer readerFor(VolumeFormat format)
     switch (format) {
     case VolumeFormat::nrrd:
         return itk::NrrdImageIO::New().GetPointer();
-    case VolumeFormat::nifti:
-        return itk::NiftiImageIO::New().GetPointer();
     case VolumeFormat::metaImage:
         return itk::MetaImageIO::New().GetPointer();
-    case VolumeFormat::vdb:
-        break;
+    default:
+        return nullptr;
     }
-    return nullptr;
 }
 
 /// The last sentence of ITK's many-line messages says what went wrong.
@@ -82,53 +79,47 @@ std::string reasonOf(const itk::ExceptionObject& exception)
 
 /// The type with this many bytes of the kind that ITK names, which depends on the platform's
 /// `long`.
-std::optional<VoxelType> voxelTypeOf(itk::IOComponentEnum component, std::size_t bytes)
+std::optional<raster::SampleType> sampleTypeOf(itk::IOComponentEnum component, std::size_t bytes)
 {
     using Component = itk::IOComponentEnum;
+    using raster::SampleType;
     switch (component) {
     case Component::FLOAT:
-        return VoxelType::float32;
+        return SampleType::float32;
     case Component::DOUBLE:
-        return VoxelType::float64;
+        return SampleType::float64;
     case Component::CHAR:
     case Component::SHORT:
     case Component::INT:
     case Component::LONG:
-        return bytes == 1   ? std::optional(VoxelType::int8)
-               : bytes == 2 ? std::optional(VoxelType::int16)
-               : bytes == 4 ? std::optional(VoxelType::int32)
+    case Component::LONGLONG:
+        return bytes == 1   ? std::optional(SampleType::int8)
+               : bytes == 2 ? std::optional(SampleType::int16)
+               : bytes == 4 ? std::optional(SampleType::int32)
+               : bytes == 8 ? std::optional(SampleType::int64)
                             : std::nullopt;
     case Component::UCHAR:
     case Component::USHORT:
     case Component::UINT:
     case Component::ULONG:
-        return bytes == 1   ? std::optional(VoxelType::uint8)
-               : bytes == 2 ? std::optional(VoxelType::uint16)
-               : bytes == 4 ? std::optional(VoxelType::uint32)
+    case Component::ULONGLONG:
+        return bytes == 1   ? std::optional(SampleType::uint8)
+               : bytes == 2 ? std::optional(SampleType::uint16)
+               : bytes == 4 ? std::optional(SampleType::uint32)
+               : bytes == 8 ? std::optional(SampleType::uint64)
                             : std::nullopt;
     default:
         return std::nullopt;
     }
 }
 
-template <std::size_t Index = 0>
-VoxelArray allocated(VoxelType type, std::size_t count)
-{
-    if constexpr (Index < std::variant_size_v<VoxelArray>) {
-        if (static_cast<std::size_t>(type) == Index) {
-            using Array = std::variant_alternative_t<Index, VoxelArray>;
-            return std::make_shared_for_overwrite<typename Array::element_type[]>(count);
-        }
-        return allocated<Index + 1>(type, count);
-    } else {
-        return {}; // no such type
-    }
-}
-
 } // namespace
 
-core::Result<DenseVoxels>
-readThroughItk(const std::filesystem::path& path, VolumeFormat format, const LoadOptions& options)
+core::Result<DenseVoxels> readThroughItk(
+    const std::filesystem::path& path,
+    VolumeFormat format,
+    const FileHeader& checked,
+    const LoadOptions& options)
 {
     // The libraries beneath, teem first of all, collect their messages in global variables.
     static std::mutex oneAtATime;
@@ -156,19 +147,18 @@ readThroughItk(const std::filesystem::path& path, VolumeFormat format, const Loa
                     "only three-dimensional volumes with one value a voxel can be read");
         }
         const std::size_t bytes = reader->GetComponentSize();
-        const auto type = voxelTypeOf(reader->GetComponentType(), bytes);
+        const auto type = sampleTypeOf(reader->GetComponentType(), bytes);
         if (!type)
             return core::failure(
                 ErrorCode::badData,
                 "voxels of type " +
                     itk::ImageIOBase::GetComponentTypeAsString(reader->GetComponentType()) +
-                    " can't be read; convert them to integers of at most 32 bits, float or "
-                    "double");
+                    " can't be read; convert them to integers, float or double");
         header.voxelBytes = bytes;
-        if (const auto checked = checkHeader(header, options.memoryLimit); !checked)
-            return tl::unexpected(checked.error());
-        if (const auto checked = checkStop(options); !checked)
-            return tl::unexpected(checked.error());
+        if (const auto good = checkHeader(header, options.memoryLimit); !good)
+            return tl::unexpected(good.error());
+        if (const auto good = checkStop(options); !good)
+            return tl::unexpected(good.error());
 
         for (unsigned axis = 0; axis < 3; ++axis) {
             result.dimensions[axis] = static_cast<int>(header.dimensions[axis]);
@@ -178,9 +168,21 @@ readThroughItk(const std::filesystem::path& path, VolumeFormat format, const Loa
                 result.worldFromIndex.linear[axis][row] =
                     direction.at(row) * reader->GetSpacing(axis);
         }
-        result.voxels = allocated(*type, header.dataBytes() / bytes);
         reader->SetIORegion(region);
-        std::visit([&](const auto& voxels) { reader->Read(voxels.get()); }, result.voxels);
+        auto voxels = readVoxels(
+            *type,
+            header.dataBytes() / bytes,
+            result.notes,
+            [&](std::span<std::byte> into) -> core::Result<void> {
+                if (format == VolumeFormat::metaImage && into.size() == checked.dataBytes() &&
+                    checked.encoding == FileHeader::Encoding::deflate)
+                    return readCompressedData(checked, into);
+                reader->Read(into.data());
+                return {};
+            });
+        if (!voxels)
+            return tl::unexpected(voxels.error());
+        result.voxels = std::move(*voxels);
         return result;
     } catch (const itk::ExceptionObject& exception) {
         return core::failure(

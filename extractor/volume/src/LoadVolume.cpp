@@ -1,11 +1,21 @@
 #include "isofront/volume/LoadVolume.h"
 
 #include "Assembly.h"
+#include "DenseVoxels.h"
+#include "DicomVolume.h"
 #include "FileHeader.h"
+#include "NiftiVolume.h"
+#include "RawVolume.h"
 #include "TextHeader.h"
+#include "TiffVolume.h"
 #include "ValueStatistics.h"
 #include "VdbHeader.h"
 #include "isofront/volume/VolumeField.h"
+
+#include <isofront/raster/FileBytes.h>
+#include <isofront/raster/TiffFile.h>
+
+#include <glm/geometric.hpp>
 
 #ifdef ISOFRONT_WITH_ITK
 #include "ItkReader.h"
@@ -14,9 +24,9 @@
 #include "VdbReader.h"
 #endif
 
-#include <cerrno>
+#include <cmath>
 #include <exception>
-#include <fstream>
+#include <limits>
 #include <new>
 #include <optional>
 #include <span>
@@ -41,25 +51,20 @@ std::optional<VolumeFormat> formatOf(const std::filesystem::path& path)
         return VolumeFormat::metaImage;
     if (name.ends_with(".vdb"))
         return VolumeFormat::vdb;
+    if (name.ends_with(".tif") || name.ends_with(".tiff"))
+        return VolumeFormat::tiff;
+    if (name.ends_with(".raw") || name.ends_with(".raw.gz") || name.ends_with(".bin"))
+        return VolumeFormat::raw;
     return std::nullopt;
 }
 
-core::Result<void> checkReadable(const std::filesystem::path& path)
+/// A folder with a TIFF file in it holds TIFF slices, any other DICOM.
+VolumeFormat formatOfFolder(const std::filesystem::path& folder)
 {
-    std::error_code failed;
-    const auto status = std::filesystem::status(path, failed);
-    if (!std::filesystem::exists(status))
-        return failure(ErrorCode::inputOutput, "there is no such file; check the path");
-    if (!std::filesystem::is_regular_file(status))
-        return failure(ErrorCode::inputOutput, "it is not a regular file; name the volume's file");
-    errno = 0;
-    if (!std::ifstream(path, std::ios::binary))
-        return failure(
-            ErrorCode::inputOutput,
-            std::string("the file can't be opened: ") + std::generic_category().message(errno));
-    if (std::filesystem::file_size(path, failed) == 0)
-        return failure(ErrorCode::badData, "the file is empty");
-    return {};
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.is_regular_file() && formatOf(entry.path()) == VolumeFormat::tiff)
+            return VolumeFormat::tiff;
+    return VolumeFormat::dicom;
 }
 
 [[maybe_unused]] tl::unexpected<core::Error> notBuiltIn(VolumeFormat format, const char* option)
@@ -70,11 +75,17 @@ core::Result<void> checkReadable(const std::filesystem::path& path)
             option + "=ON");
 }
 
-#ifdef ISOFRONT_WITH_ITK
 core::Result<LoadedVolume>
 denseVolume(DenseVoxels dense, VolumeFormat format, const LoadOptions& options)
 {
+    if (options.voxelSize) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double length = glm::length(dense.worldFromIndex.linear[axis]);
+            dense.worldFromIndex.linear[axis] *= (*options.voxelSize)[axis] / length;
+        }
+    }
     LoadedVolume volume;
+    volume.info.notes = std::move(dense.notes);
     const core::Box box{glm::dvec3(0.0), glm::dvec3(dense.dimensions - 1)};
     if (const auto placed = placeVolume(volume, dense.worldFromIndex, box); !placed)
         return tl::unexpected(placed.error());
@@ -106,14 +117,13 @@ denseVolume(DenseVoxels dense, VolumeFormat format, const LoadOptions& options)
         },
         dense.voxels);
 }
-#endif
 
-core::Result<LoadedVolume>
-loadDense(const std::filesystem::path& path, VolumeFormat format, const LoadOptions& options)
+/// NRRD and MetaImage: our own code checks what the library will believe.
+core::Result<DenseVoxels>
+readChecked(const std::filesystem::path& path, VolumeFormat format, const LoadOptions& options)
 {
-    const auto header = format == VolumeFormat::nrrd    ? readNrrdHeader(path)
-                        : format == VolumeFormat::nifti ? readNiftiHeader(path)
-                                                        : readMetaImageHeader(path);
+    const auto header =
+        format == VolumeFormat::nrrd ? readNrrdHeader(path) : readMetaImageHeader(path);
     if (!header)
         return tl::unexpected(header.error());
     if (const auto checked = checkHeader(*header, options.memoryLimit); !checked)
@@ -123,15 +133,43 @@ loadDense(const std::filesystem::path& path, VolumeFormat format, const LoadOpti
             return tl::unexpected(checked.error());
     }
 #ifdef ISOFRONT_WITH_ITK
-    auto dense = readThroughItk(path, format, options);
+    return readThroughItk(path, format, *header, options);
+#else
+    return notBuiltIn(format, "ISOFRONT_WITH_ITK");
+#endif
+}
+
+core::Result<DenseVoxels>
+readDense(const std::filesystem::path& path, VolumeFormat format, const LoadOptions& options)
+{
+    switch (format) {
+    case VolumeFormat::nifti:
+        return readNiftiVolume(path, options);
+    case VolumeFormat::tiff:
+        return readTiffVolume(path, options);
+    case VolumeFormat::raw:
+        return readRawVolume(path, options);
+    case VolumeFormat::dicom:
+        return readDicomFolder(path, options);
+    default:
+        return readChecked(path, format, options);
+    }
+}
+
+core::Result<LoadedVolume>
+loadDense(const std::filesystem::path& path, VolumeFormat format, const LoadOptions& options)
+{
+    if (options.voxelSize) {
+        const glm::dvec3& size = *options.voxelSize;
+        if (!(size.x > 0 && size.y > 0 && size.z > 0 && std::isfinite(size.x + size.y + size.z)))
+            return failure(ErrorCode::usage, "--voxel-size must be three numbers above 0");
+    }
+    auto dense = readDense(path, format, options);
     if (!dense)
         return tl::unexpected(dense.error());
     if (const auto stopped = checkStop(options); !stopped)
         return tl::unexpected(stopped.error());
     return denseVolume(std::move(*dense), format, options);
-#else
-    return notBuiltIn(format, "ISOFRONT_WITH_ITK");
-#endif
 }
 
 core::Result<LoadedVolume>
@@ -151,13 +189,15 @@ core::Result<LoadedVolume> load(const std::filesystem::path& path, const LoadOpt
 {
     if (const auto stopped = checkStop(options); !stopped)
         return tl::unexpected(stopped.error());
+    if (std::filesystem::is_directory(path))
+        return loadDense(path, formatOfFolder(path), options);
     const auto format = formatOf(path);
     if (!format)
         return failure(
             ErrorCode::usage,
-            "the extension is not one of a volume; supported are .nrrd, .nhdr, "
-            ".nii, .nii.gz, .mha, .mhd and .vdb");
-    if (const auto readable = checkReadable(path); !readable)
+            "the extension is not one of a volume; supported are .nrrd, .nhdr, .nii, .nii.gz, "
+            ".mha, .mhd, .vdb, .tif, .raw, and folders of DICOM or TIFF slices");
+    if (const auto readable = raster::checkReadable(path); !readable)
         return tl::unexpected(readable.error());
     return *format == VolumeFormat::vdb ? loadSparse(path, options)
                                         : loadDense(path, *format, options);
@@ -168,6 +208,18 @@ core::Result<LoadedVolume> load(const std::filesystem::path& path, const LoadOpt
 double fieldIsovalue(const LoadedVolume& volume, double userIsovalue)
 {
     return volume.negated ? -userIsovalue : userIsovalue;
+}
+
+bool isVolume(const std::filesystem::path& path)
+{
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path, ignored))
+        return true;
+    const auto format = formatOf(path);
+    if (format != VolumeFormat::tiff)
+        return format.has_value();
+    const auto file = raster::TiffFile::open(path, std::numeric_limits<std::uint64_t>::max());
+    return file && file->pages().size() > 1;
 }
 
 core::Result<LoadedVolume> loadVolume(const std::filesystem::path& path, const LoadOptions& options)

@@ -23,6 +23,8 @@ std::uint64_t bytesOfMetaType(const std::string& type)
         {"MET_USHORT", 2},
         {"MET_INT", 4},
         {"MET_UINT", 4},
+        {"MET_LONG_LONG", 8},
+        {"MET_ULONG_LONG", 8},
         {"MET_FLOAT", 4},
         {"MET_DOUBLE", 8}};
     const auto found = kBytes.find(type);
@@ -72,8 +74,7 @@ core::Result<FileHeader> readMetaImageHeader(const std::filesystem::path& path)
         return core::failure(
             ErrorCode::badData,
             "voxels of type \"" + fields["ElementType"] +
-                "\" can't be read; convert them to integers of at most 32 "
-                "bits, float or double");
+                "\" can't be read; convert them to integers, float or double");
 
     const std::string& name = fields["ElementDataFile"];
     if (lowered(name) == "local") {
@@ -92,6 +93,8 @@ core::Result<FileHeader> readMetaImageHeader(const std::filesystem::path& path)
     if (fields.contains("BinaryData") && !isTrue(fields["BinaryData"]))
         return core::failure(
             ErrorCode::badData, "the voxels are written as text; convert them to binary");
+    header.bigEndian =
+        isTrue(fields["BinaryDataByteOrderMSB"]) || isTrue(fields["ElementByteOrderMSB"]);
     if (isTrue(fields["CompressedData"])) {
         header.encoding = FileHeader::Encoding::deflate;
         const std::int64_t packed = integerFrom(fields["CompressedDataSize"]).value_or(0);

@@ -43,6 +43,18 @@ std::uint64_t bytesOfNrrdType(const std::string& type)
         {"unsigned int", 4},
         {"uint32", 4},
         {"uint32_t", 4},
+        {"longlong", 8},
+        {"long long", 8},
+        {"long long int", 8},
+        {"signed long long", 8},
+        {"signed long long int", 8},
+        {"int64", 8},
+        {"int64_t", 8},
+        {"ulonglong", 8},
+        {"unsigned long long", 8},
+        {"unsigned long long int", 8},
+        {"uint64", 8},
+        {"uint64_t", 8},
         {"float", 4},
         {"double", 8}};
     const auto found = kBytes.find(type);
@@ -112,8 +124,7 @@ core::Result<FileHeader> readNrrdHeader(const std::filesystem::path& path)
         return core::failure(
             ErrorCode::badData,
             "voxels of type \"" + fields["type"] +
-                "\" can't be read; convert them to integers of at most 32 "
-                "bits, float or double");
+                "\" can't be read; convert them to integers, float or double");
     header.encoding = encodingFrom(lowered(fields["encoding"]));
 
     if (fields.contains("datafile")) {

@@ -17,7 +17,8 @@ std::size_t bytesOf(VoxelType type)
 
 std::string_view nameOf(VolumeFormat format)
 {
-    constexpr std::array<std::string_view, 4> kNames = {"NRRD", "NIfTI", "MetaImage", "OpenVDB"};
+    constexpr std::array<std::string_view, 7> kNames = {
+        "NRRD", "NIfTI", "MetaImage", "OpenVDB", "DICOM", "TIFF", "raw"};
     return kNames[static_cast<std::size_t>(format)];
 }
 

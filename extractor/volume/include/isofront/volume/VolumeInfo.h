@@ -12,7 +12,8 @@
 
 namespace isofront::volume {
 
-/// The types in which voxels are kept; each volume stays in the type of its file.
+/// The types in which voxels are kept; each volume stays in the type of its file, but for integers
+/// of 64 bits.
 enum class VoxelType { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 /// "int8", "uint8" ... "float32", "float64".
@@ -20,9 +21,9 @@ std::string_view nameOf(VoxelType type);
 /// Bytes that one voxel of the type takes.
 std::size_t bytesOf(VoxelType type);
 
-enum class VolumeFormat { nrrd, nifti, metaImage, vdb };
+enum class VolumeFormat { nrrd, nifti, metaImage, vdb, dicom, tiff, raw };
 
-/// "NRRD", "NIfTI", "MetaImage" or "OpenVDB".
+/// "NRRD", "NIfTI", "MetaImage", "OpenVDB", "DICOM", "TIFF" or "raw".
 std::string_view nameOf(VolumeFormat format);
 
 /// How the finite values of a volume are distributed.
