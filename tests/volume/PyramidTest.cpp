@@ -1,5 +1,6 @@
 #include "FilterBands.h"
 #include "LevelAxis.h"
+#include "fields/FieldChecks.h"
 #include "volume/Files.h"
 
 #include <isofront/volume/VolumeField.h>
@@ -363,6 +364,51 @@ TYPED_TEST(PyramidOf, isTheVolumeItselfToTheLastBitUpToTheFirstBand)
             << "a value mustn't depend on its batch";
     }
     EXPECT_GT(differing, 100U) << "the others are filtered";
+}
+
+TYPED_TEST(PyramidOf, givesTheBitsOfSixSamplesAsGradientOnEveryInstructionSet)
+{
+    std::mt19937_64 random(25);
+    const glm::ivec3 size(22, 19, 27);
+    const auto field =
+        fieldOf(size, filled<TypeParam>(size, [&](glm::dvec3) { return this->drawn(random); }));
+    constexpr std::size_t kCount = 333;
+    std::vector<double> x(kCount);
+    std::vector<double> y(kCount);
+    std::vector<double> z(kCount);
+    std::vector<double> radius(kCount);
+    std::uniform_real_distribution<double> unit(-0.1, 1.1);
+    for (std::size_t i = 0; i < kCount; ++i) {
+        x[i] = 21 * unit(random);
+        y[i] = 18 * unit(random);
+        z[i] = 26 * unit(random);
+        radius[i] = i < 100 ? 0.0 : std::exp2(10 * unit(random) - 2);
+        if (i % 7 == 0) // voxels' centres, where a cell ends
+            x[i] = std::round(x[i]);
+    }
+    struct Answer {
+        std::vector<float> value = std::vector<float>(kCount);
+        std::vector<double> x = std::vector<double>(kCount);
+        std::vector<double> y = std::vector<double>(kCount);
+        std::vector<double> z = std::vector<double>(kCount);
+        bool operator==(const Answer&) const = default;
+    };
+    for (const bool isFiltered : {false, true}) {
+        const fields::SampleBatch batch{
+            x, y, z, isFiltered ? std::span<const double>(radius) : std::span<const double>()};
+        Answer expected;
+        field->sample(batch, expected.value);
+        field->Field::gradient(batch, {expected.x, expected.y, expected.z});
+        fields::test::onEveryInstructionSet([&](const std::string& target) {
+            Answer apart;
+            field->sample(batch, apart.value);
+            field->gradient(batch, {apart.x, apart.y, apart.z});
+            EXPECT_TRUE(apart == expected) << target;
+            Answer together;
+            field->sampleWithGradient(batch, together.value, {together.x, together.y, together.z});
+            EXPECT_TRUE(together == expected) << target;
+        });
+    }
 }
 
 TYPED_TEST(PyramidOf, leavesAConstantAloneAtEveryRadius)

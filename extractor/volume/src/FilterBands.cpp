@@ -15,10 +15,14 @@ constexpr double kCut = 1.0 / 64.0;
 /// exp(-u) for 0 <= u <= 1/15, by its series: to the last bits, and the same on every machine.
 double smallExponential(double u)
 {
-    double series = 1.0;
-    for (int n = 8; n >= 1; --n)
-        series = 1.0 - u * series / n;
-    return series;
+    double series = 1.0 - u * (1.0 / 8);
+    series = 1.0 - u * series * (1.0 / 7);
+    series = 1.0 - u * series * (1.0 / 6);
+    series = 1.0 - u * series * (1.0 / 5);
+    series = 1.0 - u * series * (1.0 / 4);
+    series = 1.0 - u * series * (1.0 / 3);
+    series = 1.0 - u * series * (1.0 / 2);
+    return 1.0 - u * series;
 }
 
 double stretched(double exponential)

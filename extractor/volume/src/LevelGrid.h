@@ -3,6 +3,7 @@
 #include "Interpolation.h"
 #include "LevelAxis.h"
 #include "MinMaxTree.h"
+#include "TrilinearKernel.h"
 
 #include <glm/vec3.hpp>
 
@@ -122,17 +123,22 @@ template <typename Codes>
 class LevelGrid {
 public:
     using Value = typename Codes::Value;
-    static constexpr bool kHasFloats = std::is_floating_point_v<Value>;
+    /// Floats, which may be NaN: a node of weight zero must have no influence.
+    static constexpr bool kGuarded = std::is_floating_point_v<Value>;
 
     /// @param voxels  size of the volume
     /// @param level   at least 1
     /// @param scale   that all values will fit; not looked at for floats
-    LevelGrid(const glm::ivec3& voxels, int level, const CodeScale& scale)
-        : _voxels(voxels), _scale(scale)
+    LevelGrid(const glm::ivec3& voxels, int level, const CodeScale& scale) : _scale(scale)
     {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            _axes[axis] = LevelAxis(voxels[axis], level);
-            _size[axis] = _axes[axis].nodes;
+            const LevelAxis along(voxels[axis], level);
+            _size[axis] = along.nodes;
+            _axes[axis] = {
+                .limit = static_cast<double>(voxels[axis] - 1),
+                .scale = along.scale,
+                .lastCell = std::max(along.nodes - 2, 0),
+                .lastRatio = along.lastRatio};
         }
         _codes = std::make_unique<Codes>(
             static_cast<std::size_t>(_size.x) * static_cast<std::size_t>(_size.y) *
@@ -167,7 +173,7 @@ public:
     {
         const std::size_t begin = rowIndex(y, z);
         for (std::size_t i = 0; i < static_cast<std::size_t>(_size.x); ++i) {
-            if constexpr (kHasFloats)
+            if constexpr (kGuarded)
                 _codes->set(begin + i, static_cast<float>(values[i]));
             else
                 _codes->set(
@@ -178,38 +184,39 @@ public:
     /// To be called when all rows are there.
     void finish() { _tree = std::make_unique<const MinMaxTree<LevelGrid>>(*this); }
 
-    /// Trilinear interpolation at points within the volume.
-    void sample(
-        const double* px, const double* py, const double* pz, std::size_t count, double* out) const
+    [[nodiscard]] const std::array<AxisCells, 3>& axes() const { return _axes; }
+
+    void corners(
+        const CellPlaces& px,
+        const CellPlaces& py,
+        const CellPlaces& pz,
+        std::size_t count,
+        CellCorners& out) const
     {
-        const glm::ivec3 lastCell = glm::max(_size - 2, glm::ivec3(0));
         const std::size_t stepY = _size.y > 1 ? static_cast<std::size_t>(_size.x) : 0;
         const std::size_t stepZ =
             _size.z > 1 ? static_cast<std::size_t>(_size.x) * static_cast<std::size_t>(_size.y) : 0;
-        const auto place = [&](std::size_t axis, double coordinate, int& cell) {
-            const double position = coordinate * _axes[axis].scale;
-            cell = std::min(static_cast<int>(position), lastCell[axis]);
-            const double t = position - cell;
-            return cell == lastCell[axis] ? t * _axes[axis].lastRatio : t;
-        };
         for (std::size_t i = 0; i < count; ++i) {
-            glm::ivec3 cell;
-            const double tx = place(0, px[i], cell.x);
-            const double ty = place(1, py[i], cell.y);
-            const double tz = place(2, pz[i], cell.z);
-            const std::size_t first = rowIndex(cell.y, cell.z) + static_cast<std::size_t>(cell.x);
-            const auto along = [&](std::size_t offset) {
+            const std::size_t first =
+                rowIndex(py.cell[i], pz.cell[i]) + static_cast<std::size_t>(px.cell[i]);
+            const auto take = [&](std::size_t corner, std::size_t offset) {
                 const auto [a, b] = _codes->pair(first + offset);
-                return mixed<Value>(a, b, tx);
+                out[corner][i] = a;
+                out[corner + 1][i] = b;
             };
-            const double near = mixed<Value>(along(0), along(stepY), ty);
-            const double far = mixed<Value>(along(stepZ), along(stepZ + stepY), ty);
-            const double value = mixed<Value>(near, far, tz);
-            if constexpr (kHasFloats)
-                out[i] = value;
-            else
-                out[i] = _scale.low + _scale.step * value;
+            take(0, 0);
+            take(2, stepY);
+            take(4, stepZ);
+            take(6, stepZ + stepY);
         }
+    }
+
+    /// Makes values of interpolated codes.
+    void decode(std::size_t count, BlockOf<double>& values) const
+    {
+        if constexpr (!kGuarded)
+            for (std::size_t i = 0; i < count; ++i)
+                values[i] = _scale.low + _scale.step * values[i];
     }
 
     /// What holds every sample at the points of a box, clamped to the volume.
@@ -218,9 +225,9 @@ public:
         glm::ivec3 first;
         glm::ivec3 last;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double limit = _voxels[axis] - 1;
-            const double low = clampedTo(0.0, limit, box.low[axis]) * _axes[axis].scale;
-            const double high = clampedTo(0.0, limit, box.high[axis]) * _axes[axis].scale;
+            const auto& [limit, scale, lastCell, lastRatio] = _axes[axis];
+            const double low = clampedTo(0.0, limit, box.low[axis]) * scale;
+            const double high = clampedTo(0.0, limit, box.high[axis]) * scale;
             first[axis] = static_cast<int>(low);
             last[axis] = std::max(first[axis], static_cast<int>(std::ceil(high)) - 1);
         }
@@ -244,7 +251,7 @@ private:
 
     [[nodiscard]] double valueOf(Value code) const
     {
-        if constexpr (kHasFloats)
+        if constexpr (kGuarded)
             return static_cast<double>(code);
         else
             return _scale.low + _scale.step * static_cast<double>(code);
@@ -252,16 +259,15 @@ private:
 
     [[nodiscard]] core::Interval valuesOf(const Extremes<Value>& extremes) const
     {
-        if constexpr (kHasFloats)
+        if constexpr (kGuarded)
             return extremes.samples();
         else
             return {valueOf(extremes.low), valueOf(extremes.high)};
     }
 
-    glm::ivec3 _voxels;
     glm::ivec3 _size{0};
     CodeScale _scale;
-    std::array<LevelAxis, 3> _axes;
+    std::array<AxisCells, 3> _axes;
     std::unique_ptr<Codes> _codes;
     std::unique_ptr<const MinMaxTree<LevelGrid>> _tree;
 };

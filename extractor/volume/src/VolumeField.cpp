@@ -3,6 +3,7 @@
 #include "FilterBands.h"
 #include "MinMaxTree.h"
 #include "Pyramid.h"
+#include "TrilinearKernel.h"
 #include "VoxelGrid.h"
 
 #include <isofront/core/Assert.h>
@@ -20,14 +21,64 @@ using detail::VoxelGrid;
 
 namespace {
 
-constexpr std::size_t kBlock = 64;
+using detail::BlockOf;
+using detail::kBlock;
 
-/// Points of a block, clamped to the volume.
+/// Points of a block.
 struct Block {
-    std::array<double, kBlock> x;
-    std::array<double, kBlock> y;
-    std::array<double, kBlock> z;
+    std::size_t size = 0;
+    std::array<BlockOf<double>, 3> coordinate;
+    BlockOf<double> step; ///< for gradients
 };
+
+/// At which places about a point a field is wanted.
+struct Probes {
+    bool centre = true;
+    bool around = false; ///< one step away along each axis, to either side
+};
+
+/// Values at a block's points, then a step above and a step below them along x, y and z.
+using Probed = std::array<BlockOf<double>, 7>;
+
+double stepFor(double radius)
+{
+    return std::max(1.0, 0.5 * radius);
+}
+
+/// Interpolates in a grid of voxels or of a level.
+template <typename Grid>
+void probe(const Grid& grid, const Block& points, const Probes& probes, Probed& out)
+{
+    std::array<detail::CellPlaces, 3> places;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        detail::placeInCells(grid.axes()[axis], points.coordinate[axis], points.size, places[axis]);
+    const auto interpolateTo = [&](BlockOf<double>& values,
+                                   const detail::CellPlaces& x,
+                                   const detail::CellPlaces& y,
+                                   const detail::CellPlaces& z) {
+        detail::CellCorners corners;
+        grid.corners(x, y, z, points.size, corners);
+        detail::interpolateCells(corners, x, y, z, points.size, Grid::kGuarded, values);
+        grid.decode(points.size, values);
+    };
+    if (probes.centre)
+        interpolateTo(out[0], places[0], places[1], places[2]);
+    if (!probes.around)
+        return;
+    for (std::size_t k = 0; k < 6; ++k) {
+        const std::size_t axis = k / 2;
+        BlockOf<double> moved;
+        for (std::size_t i = 0; i < points.size; ++i)
+            moved[i] = points.coordinate[axis][i] + (k % 2 == 0 ? points.step[i] : -points.step[i]);
+        detail::CellPlaces place;
+        detail::placeInCells(grid.axes()[axis], moved, points.size, place);
+        interpolateTo(
+            out[k + 1],
+            axis == 0 ? place : places[0],
+            axis == 1 ? place : places[1],
+            axis == 2 ? place : places[2]);
+    }
+}
 
 } // namespace
 
@@ -50,53 +101,91 @@ struct VolumeField<T>::Parts {
     }
 
     /// A block of points, some of which are filtered.
-    void sampleFiltered(const fields::SampleBatch& block, float* out)
+    void probeFiltered(const Block& points, const double* radius, const Probes& probes, Probed& out)
     {
-        const std::size_t count = block.size();
         std::array<LevelWeights, kBlock> weights;
         int first = top;
         int end = 0;
-        Block points;
-        const glm::dvec3 limit(grid.size() - 1);
-        for (std::size_t i = 0; i < count; ++i) {
-            weights[i] = detail::levelWeights(block.radius[i], top);
+        for (std::size_t i = 0; i < points.size; ++i) {
+            const bool isAsBefore = i > 0 && radius[i] == radius[i - 1];
+            weights[i] = isAsBefore ? weights[i - 1] : detail::levelWeights(radius[i], top);
             first = std::min(first, weights[i].first);
             end = std::max(end, weights[i].first + weights[i].count);
-            points.x[i] = detail::clampedTo(0.0, limit.x, block.x[i]);
-            points.y[i] = detail::clampedTo(0.0, limit.y, block.y[i]);
-            points.z[i] = detail::clampedTo(0.0, limit.z, block.z[i]);
         }
         // Level after level, from the finest on, for those points for which it counts.
-        std::array<double, kBlock> sum;
         for (int level = first; level < end; ++level) {
             Block chosen;
-            std::array<std::size_t, kBlock> index;
-            std::array<double, kBlock> value;
-            std::size_t size = 0;
-            for (std::size_t i = 0; i < count; ++i) {
+            BlockOf<std::size_t> index;
+            for (std::size_t i = 0; i < points.size; ++i) {
                 const int place = level - weights[i].first;
                 if (place < 0 || place >= weights[i].count)
                     continue;
-                chosen.x[size] = points.x[i];
-                chosen.y[size] = points.y[i];
-                chosen.z[size] = points.z[i];
-                index[size++] = i;
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    chosen.coordinate[axis][chosen.size] = points.coordinate[axis][i];
+                chosen.step[chosen.size] = points.step[i];
+                index[chosen.size++] = i;
             }
+            Probed values;
             if (level == 0)
-                grid.sample(chosen.x.data(), chosen.y.data(), chosen.z.data(), size, value.data());
+                probe(grid, chosen, probes, values);
             else
-                pyramid().level(level).sample(
-                    chosen.x.data(), chosen.y.data(), chosen.z.data(), size, value.data());
-            for (std::size_t k = 0; k < size; ++k) {
-                const LevelWeights& own = weights[index[k]];
-                double& total = sum[index[k]];
-                const auto place = static_cast<std::size_t>(level - own.first);
-                const double part = own.weight[place] * value[k];
-                total = place == 0 ? part : total + part; // 0 + x would lose the sign of -0
+                probe(pyramid().level(level), chosen, probes, values);
+            for (std::size_t k = probes.centre ? 0 : 1; k < (probes.around ? 7U : 1U); ++k) {
+                for (std::size_t j = 0; j < chosen.size; ++j) {
+                    const LevelWeights& own = weights[index[j]];
+                    double& total = out[k][index[j]];
+                    const auto place = static_cast<std::size_t>(level - own.first);
+                    const double part = own.weight[place] * values[k][j];
+                    total = place == 0 ? part : total + part; // 0 + x would lose the sign of -0
+                }
             }
         }
-        for (std::size_t i = 0; i < count; ++i)
-            out[i] = static_cast<float>(sum[i]);
+    }
+
+    /// Values and gradients of a batch, or one of them.
+    void evaluate(
+        const fields::SampleBatch& batch,
+        const Probes& probes,
+        float* values,
+        const fields::GradientSpans& gradients)
+    {
+        const std::array<std::span<const double>, 3> given = {batch.x, batch.y, batch.z};
+        for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
+            Block points;
+            points.size = std::min(kBlock, batch.size() - begin);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                std::copy_n(
+                    given[axis].data() + begin, points.size, points.coordinate[axis].data());
+            const double* const radius =
+                batch.radius.empty() ? nullptr : batch.radius.data() + begin;
+            bool isFiltered = false;
+            for (std::size_t i = 0; i < points.size; ++i) {
+                points.step[i] = stepFor(radius != nullptr ? radius[i] : 0.0);
+                isFiltered = isFiltered || (radius != nullptr && radius[i] > detail::kPlainRadius);
+            }
+            Probed probed;
+            if (isFiltered)
+                probeFiltered(points, radius, probes, probed);
+            else
+                probe(grid, points, probes, probed);
+
+            if (probes.centre)
+                for (std::size_t i = 0; i < points.size; ++i)
+                    values[begin + i] = static_cast<float>(probed[0][i]);
+            if (!probes.around)
+                continue;
+            const auto difference = [&](std::size_t above, std::size_t i) {
+                // Of samples, which are floats.
+                return (static_cast<double>(static_cast<float>(probed[above][i])) -
+                        static_cast<double>(static_cast<float>(probed[above + 1][i]))) /
+                       (2 * points.step[i]);
+            };
+            for (std::size_t i = 0; i < points.size; ++i) {
+                gradients.x[begin + i] = difference(1, i);
+                gradients.y[begin + i] = difference(3, i);
+                gradients.z[begin + i] = difference(5, i);
+            }
+        }
     }
 
     [[nodiscard]] core::Interval plainBounds(const core::Box& box) const
@@ -141,22 +230,25 @@ template <typename T>
 void VolumeField<T>::sample(const fields::SampleBatch& batch, std::span<float> values) const
 {
     ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
-    for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
-        const std::size_t count = std::min(kBlock, batch.size() - begin);
-        float* const out = values.data() + begin;
-        const auto isFiltered = [](double radius) { return radius > detail::kPlainRadius; };
-        if (batch.radius.empty() ||
-            std::ranges::none_of(batch.radius.subspan(begin, count), isFiltered))
-            _parts->grid.sample(
-                batch.x.data() + begin, batch.y.data() + begin, batch.z.data() + begin, count, out);
-        else
-            _parts->sampleFiltered(
-                {batch.x.subspan(begin, count),
-                 batch.y.subspan(begin, count),
-                 batch.z.subspan(begin, count),
-                 batch.radius.subspan(begin, count)},
-                out);
-    }
+    _parts->evaluate(batch, {.centre = true, .around = false}, values.data(), {});
+}
+
+template <typename T>
+void VolumeField<T>::gradient(
+    const fields::SampleBatch& batch, fields::GradientSpans gradients) const
+{
+    ISOFRONT_ASSERT(gradients.x.size() >= batch.size(), "one gradient for each point");
+    _parts->evaluate(batch, {.centre = false, .around = true}, nullptr, gradients);
+}
+
+template <typename T>
+void VolumeField<T>::sampleWithGradient(
+    const fields::SampleBatch& batch,
+    std::span<float> values,
+    fields::GradientSpans gradients) const
+{
+    ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
+    _parts->evaluate(batch, {.centre = true, .around = true}, values.data(), gradients);
 }
 
 template <typename T>
@@ -183,7 +275,7 @@ core::Interval VolumeField<T>::bounds(const core::Box& box, core::Interval radiu
 template <typename T>
 double VolumeField<T>::differenceStep(double radius) const
 {
-    return std::max(1.0, 0.5 * radius);
+    return stepFor(radius);
 }
 
 template <typename T>

@@ -44,6 +44,12 @@ public:
     ~VolumeField() override;
 
     void sample(const fields::SampleBatch& batch, std::span<float> values) const override;
+    /// Central differences, as by default and with the same bits, in one pass.
+    void gradient(const fields::SampleBatch& batch, fields::GradientSpans gradients) const override;
+    void sampleWithGradient(
+        const fields::SampleBatch& batch,
+        std::span<float> values,
+        fields::GradientSpans gradients) const override;
 
     /// From the voxels themselves for small boxes, else from min/max trees over bricks of 8^3
     /// interpolation cells, one for each level that counts at some radius of the interval. An empty
