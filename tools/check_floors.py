@@ -35,7 +35,15 @@ FLOORS = {
 CONFINED = [
     (r"vtk", ["bench/src/peers/Vtk.cpp"]),
     (r"tbb/", ["core/src/jobs"]),
-    (r"openvdb/", ["extractor/volume/src/VdbReader.cpp"]),
+    (
+        r"openvdb/",
+        [
+            "extractor/volume/src/GridField.h",
+            "extractor/volume/src/SparseBounds.h",
+            "extractor/volume/src/SparsePyramid.h",
+            "extractor/volume/src/VdbReader.cpp",
+        ],
+    ),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
     (r"hwy/", ["extractor/fields/src", "extractor/volume/src", "extractor/mesh/src", "bench/src"]),

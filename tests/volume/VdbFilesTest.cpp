@@ -1,7 +1,9 @@
+#include "FilterBands.h"
 #include "volume/Files.h"
 
 #include <isofront/volume/LoadVolume.h>
 
+#include <glm/common.hpp>
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
@@ -10,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 
 namespace isofront::volume {
 namespace {
@@ -135,6 +138,121 @@ TEST_F(VdbFiles, neverExcludeASampleFromTheirBounds)
         const core::Box around{{-60, -40, 100}, {60, 60, 220}}; // the sphere and the odd values
         EXPECT_EQ(countExcludedSamples(*volume.field, around, 10'000, 4), 0U);
     }
+}
+
+/// What a node of a level is by its definition: of the 125 nodes of the next finer level that it
+/// sees, not separated into axes, remembered by place.
+class SlowLevels {
+public:
+    explicit SlowLevels(const openvdb::FloatGrid& grid) : _reader(grid.getConstAccessor()) {}
+
+    double node(int level, const openvdb::Coord& at)
+    {
+        if (level == 0)
+            return static_cast<double>(_reader.getValue(at));
+        const auto [found, isNew] = _known[level].try_emplace(at, 0.0);
+        if (!isNew)
+            return found->second;
+        constexpr std::array<double, 5> kTaps = {1, 4, 6, 4, 1};
+        double sum = 0;
+        for (std::size_t tap = 0; tap < 125; ++tap) {
+            const std::array<std::size_t, 3> i = {tap / 25, tap / 5 % 5, tap % 5};
+            sum += kTaps[i[0]] * kTaps[i[1]] * kTaps[i[2]] / 4096 *
+                   node(
+                       level - 1,
+                       {2 * at.x() + static_cast<int>(i[0]) - 2,
+                        2 * at.y() + static_cast<int>(i[1]) - 2,
+                        2 * at.z() + static_cast<int>(i[2]) - 2});
+        }
+        return _known[level][at] = sum;
+    }
+
+    double interpolated(int level, glm::dvec3 point)
+    {
+        point *= std::exp2(-level);
+        const glm::dvec3 low = glm::floor(point);
+        double sum = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            double weight = 1;
+            openvdb::Coord at;
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto a = static_cast<std::size_t>(axis);
+                const int up = corner >> axis & 1;
+                const double t = point[a] - low[a];
+                weight *= up != 0 ? t : 1.0 - t;
+                at[a] = static_cast<int>(low[a]) + up;
+            }
+            if (weight != 0)
+                sum += weight * node(level, at);
+        }
+        return sum;
+    }
+
+private:
+    openvdb::FloatGrid::ConstAccessor _reader;
+    std::map<int, std::map<openvdb::Coord, double>> _known;
+};
+
+/// A level set with its tiles, far from and across the origin, and a cloud of noise with a large
+/// tile and a lonely one.
+std::vector<openvdb::FloatGrid::Ptr> sparseGrids()
+{
+    auto cloud = openvdb::FloatGrid::create(0.25F);
+    cloud->setGridClass(openvdb::GRID_FOG_VOLUME);
+    std::mt19937 random(31);
+    std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+    for (int i = 0; i < 4000; ++i)
+        cloud->tree().setValue(
+            {static_cast<int>(random() % 50) - 20,
+             static_cast<int>(random() % 40) - 10,
+             static_cast<int>(random() % 30)},
+            unit(random));
+    cloud->fill(openvdb::CoordBBox({32, 32, 32}, {47, 47, 47}), 0.75F);
+    cloud->fill(openvdb::CoordBBox({-64, -8, 0}, {-57, -1, 7}), -3.0F);
+    cloud->setName("cloud");
+    return {sphere(), sphere({-200, 5, 90}), cloud};
+}
+
+TEST_F(VdbFiles, areFilteredAsASlowTwinSays)
+{
+    for (const auto& grid : sparseGrids()) {
+        const auto volume = loaded(written("sparse.vdb", {grid}));
+        SlowLevels twin(*grid);
+        const double sign = volume.negated ? -1 : 1;
+        const glm::dvec3 size = volume.dataBox.size();
+        const int top = 1 + static_cast<int>(std::log2(std::max({size.x, size.y, size.z}) - 1));
+        std::mt19937 random(32);
+        std::uniform_real_distribution<double> unit(0.0, 1.0);
+        std::size_t differing = 0;
+        for (int i = 0; i < 60; ++i) {
+            const glm::dvec3 point =
+                volume.dataBox.low + size * glm::dvec3(unit(random), unit(random), unit(random));
+            // At the most three levels, or the twin would take minutes.
+            const double radius = std::exp2(3 * unit(random) - 1.4);
+            const detail::LevelWeights weights = detail::levelWeights(radius, top);
+            double expected = 0;
+            for (int k = 0; k < weights.count; ++k)
+                expected += weights.weight[static_cast<std::size_t>(k)] *
+                            twin.interpolated(weights.first + k, point);
+            const float filtered = sampleAt(*volume.field, point, radius);
+            ASSERT_NEAR(double{filtered}, sign * expected, 2e-6) << grid->getName() << radius;
+            ASSERT_EQ(sampleAt(*volume.field, point, 0.41), sampleAt(*volume.field, point));
+            differing += std::abs(filtered - sampleAt(*volume.field, point)) > 1e-6F ? 1U : 0U;
+        }
+        EXPECT_GT(differing, 5U) << grid->getName();
+        EXPECT_EQ(countExcludedSamples(*volume.field, volume.dataBox, 500, 33, 60.0), 0U);
+    }
+}
+
+TEST_F(VdbFiles, survivesNonFiniteVoxelsInTheFilter)
+{
+    const auto grid = sphere();
+    grid->tree().setValue({4, 8, 12}, std::numeric_limits<float>::quiet_NaN());
+    grid->tree().setValue({44, 8, 12}, std::numeric_limits<float>::infinity());
+    const auto volume = loaded(written("odd.vdb", {grid}));
+    EXPECT_TRUE(std::isfinite(sampleAt(*volume.field, {4, 8, 12}, 20)));
+    EXPECT_TRUE(std::isfinite(sampleAt(*volume.field, {44, 8, 12}, 20)));
+    EXPECT_EQ(countExcludedSamples(*volume.field, volume.dataBox, 1000, 34, 60.0), 0U);
 }
 
 TEST_F(VdbFiles, haveTightBoundsAwayFromTheSurface)

@@ -3,7 +3,6 @@
 #include "FilterBands.h"
 #include "MinMaxTree.h"
 #include "Pyramid.h"
-#include "TrilinearKernel.h"
 #include "VoxelGrid.h"
 
 #include <isofront/core/Assert.h>
@@ -188,6 +187,12 @@ struct VolumeField<T>::Parts {
         }
     }
 
+    /// A block of points, some of which are filtered.
+    void sampleFiltered(const fields::SampleBatch& block, float* out)
+    {
+        evaluate(block, {.centre = true, .around = false}, out, {});
+    }
+
     [[nodiscard]] core::Interval plainBounds(const core::Box& box) const
     {
         const glm::dvec3 limit(grid.size() - 1);
@@ -230,7 +235,22 @@ template <typename T>
 void VolumeField<T>::sample(const fields::SampleBatch& batch, std::span<float> values) const
 {
     ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
-    _parts->evaluate(batch, {.centre = true, .around = false}, values.data(), {});
+    for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
+        const std::size_t count = std::min(kBlock, batch.size() - begin);
+        float* const out = values.data() + begin;
+        const auto isFiltered = [](double radius) { return radius > detail::kPlainRadius; };
+        if (batch.radius.empty() ||
+            std::ranges::none_of(batch.radius.subspan(begin, count), isFiltered))
+            _parts->grid.sample(
+                batch.x.data() + begin, batch.y.data() + begin, batch.z.data() + begin, count, out);
+        else
+            _parts->sampleFiltered(
+                {batch.x.subspan(begin, count),
+                 batch.y.subspan(begin, count),
+                 batch.z.subspan(begin, count),
+                 batch.radius.subspan(begin, count)},
+                out);
+    }
 }
 
 template <typename T>

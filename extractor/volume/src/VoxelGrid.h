@@ -1,5 +1,6 @@
 #pragma once
 
+#include "Interpolation.h"
 #include "TrilinearKernel.h"
 
 #include <glm/vec3.hpp>
@@ -36,6 +37,62 @@ public:
     const T* row(int y, int z, std::vector<T>& /*scratch*/) const
     {
         return _voxels + rowIndex(y, z);
+    }
+
+    /// Trilinear interpolation at points of any coordinates, clamped to the voxels.
+    /// @param count  at most kBlock
+    /// @param out    float or double, to which each sample is rounded once
+    template <typename Out>
+    void
+    sample(const double* px, const double* py, const double* pz, std::size_t count, Out* out) const
+    {
+        // First all look-ups, which wait for memory, then the arithmetic, which vectorises.
+        std::array<std::array<double, kBlock>, 8> corner; // all that is read is written before
+        std::array<double, kBlock> tx;
+        std::array<double, kBlock> ty;
+        std::array<double, kBlock> tz;
+
+        const glm::dvec3 limit(_size - 1);
+        const glm::ivec3 lastIndex = _size - 1;
+        const std::int64_t rowStride = _size.x;
+        const std::int64_t sliceStride = rowStride * _size.y;
+
+        for (std::size_t i = 0; i < count; ++i) {
+            const double x = clampedTo(0.0, limit.x, px[i]);
+            const double y = clampedTo(0.0, limit.y, py[i]);
+            const double z = clampedTo(0.0, limit.z, pz[i]);
+            const int ix = static_cast<int>(x);
+            const int iy = static_cast<int>(y);
+            const int iz = static_cast<int>(z);
+            tx[i] = x - ix;
+            ty[i] = y - iy;
+            tz[i] = z - iz;
+            // On the last plane of an axis the weight is zero: the step must only stay inside.
+            const std::int64_t stepX = ix < lastIndex.x ? 1 : 0;
+            const std::int64_t stepY = iy < lastIndex.y ? rowStride : 0;
+            const std::int64_t stepZ = iz < lastIndex.z ? sliceStride : 0;
+            const T* const near = _voxels + iz * sliceStride + iy * rowStride + ix;
+            const T* const far = near + stepZ;
+            corner[0][i] = static_cast<double>(near[0]);
+            corner[1][i] = static_cast<double>(near[stepX]);
+            corner[2][i] = static_cast<double>(near[stepY]);
+            corner[3][i] = static_cast<double>(near[stepY + stepX]);
+            corner[4][i] = static_cast<double>(far[0]);
+            corner[5][i] = static_cast<double>(far[stepX]);
+            corner[6][i] = static_cast<double>(far[stepY]);
+            corner[7][i] = static_cast<double>(far[stepY + stepX]);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const double low = mixed<T>(
+                mixed<T>(corner[0][i], corner[1][i], tx[i]),
+                mixed<T>(corner[2][i], corner[3][i], tx[i]),
+                ty[i]);
+            const double high = mixed<T>(
+                mixed<T>(corner[4][i], corner[5][i], tx[i]),
+                mixed<T>(corner[6][i], corner[7][i], tx[i]),
+                ty[i]);
+            out[i] = static_cast<Out>(mixed<T>(low, high, tz[i]));
+        }
     }
 
     /// The last voxel has a cell of its own, of which points only see the low side.
