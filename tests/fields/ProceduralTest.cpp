@@ -51,7 +51,7 @@ TEST(Procedural, makesEverySourceItListsWithItsDefaults)
     EXPECT_EQ(
         names,
         (std::vector<std::string>{
-            "terrain", "sphere", "torus", "box", "plane", "gyroid", "julia"}));
+            "terrain", "graph", "sphere", "torus", "box", "plane", "gyroid", "julia"}));
 }
 
 TEST(Procedural, takesParameters)
@@ -73,7 +73,8 @@ TEST(Procedural, saysWhichSourcesThereAre)
 {
     const std::string message = errorOf("cube", {});
     EXPECT_NE(message.find("'cube'"), std::string::npos) << message;
-    EXPECT_NE(message.find("terrain, sphere, torus, box, plane, gyroid, julia"), std::string::npos)
+    EXPECT_NE(
+        message.find("terrain, graph, sphere, torus, box, plane, gyroid, julia"), std::string::npos)
         << message;
 }
 
@@ -87,7 +88,7 @@ TEST(Procedural, saysWhichParametersThereAre)
 TEST(Procedural, saysWhichValuesWillDo)
 {
     const std::string preset = errorOf("terrain", {{"preset", "moon"}});
-    EXPECT_NE(preset.find("alpine, canyon, islands"), std::string::npos) << preset;
+    EXPECT_NE(preset.find("alpine, canyon, islands, karst"), std::string::npos) << preset;
     const std::string number = errorOf("julia", {{"iterations", "41"}});
     EXPECT_NE(number.find("whole number from 1 to 40"), std::string::npos) << number;
 }

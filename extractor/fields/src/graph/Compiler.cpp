@@ -1,6 +1,7 @@
 #include "graph/Lowering.h"
 #include "graph/Program.h"
 
+#include <isofront/core/Assert.h>
 #include <isofront/core/Hash.h>
 
 #include <algorithm>
@@ -83,6 +84,7 @@ public:
         : _items(lowered(node)), _settings(settings), _seed(core::mixed(settings.seed)),
           _emitted(_items.items.size(), 0)
     {
+        ISOFRONT_ASSERT(!_items.areTooMany, "the graph has too many nodes");
     }
 
     Program run()

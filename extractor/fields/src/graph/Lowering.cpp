@@ -1,7 +1,5 @@
 #include "graph/Lowering.h"
 
-#include <isofront/core/Assert.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -127,6 +125,8 @@ public:
 private:
     std::uint32_t lower(const Node& node, std::uint32_t frame)
     {
+        if (_items.areTooMany)
+            return 0;
         // What is shared is visited once: a graph of n nodes can have 2^n paths.
         const auto visited = _visited.find({node.data().get(), frame});
         if (visited != _visited.end())
@@ -172,7 +172,10 @@ private:
         if (std::isnan(item.range.low) || std::isnan(item.range.high))
             item.range = {};
         const auto index = static_cast<std::uint32_t>(_items.items.size());
-        ISOFRONT_ASSERT(index <= kMostNodes, "the graph has too many nodes");
+        if (index > kMostNodes) {
+            _items.areTooMany = true;
+            return 0;
+        }
         _items.items.push_back(item);
         _known.emplace(key, index);
         return index;
@@ -222,6 +225,11 @@ double reachOf(const OctaveSettings& settings)
 Items lowered(const Node& node)
 {
     return Lowering().run(node);
+}
+
+bool fits(const Node& node)
+{
+    return !lowered(node).areTooMany;
 }
 
 } // namespace isofront::fields::graph

@@ -22,6 +22,7 @@ struct Item {
 struct Items {
     std::vector<Item> items;
     std::uint32_t result = 0;
+    bool areTooMany = false; ///< more than kMostNodes: then this is not the whole graph
 };
 
 Items lowered(const Node& node);

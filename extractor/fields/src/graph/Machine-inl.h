@@ -874,10 +874,19 @@ public:
         hn::Store(radius.low, f, world.radius[0]);
         hn::Store(radius.high, f, world.radius[1]);
         _machine.run(1);
-        return _machine.result(0);
+        return allWhereUnknown(_machine.result(0));
     }
 
 private:
+    /// Ends beyond all numbers may come to differences without meaning.
+    static HWY_INLINE Range allWhereUnknown(const Range& n)
+    {
+        const Floats most = constant(std::numeric_limits<float>::max());
+        return {
+            hn::IfThenElse(hn::IsNaN(n.low), hn::Neg(most), n.low),
+            hn::IfThenElse(hn::IsNaN(n.high), most, n.high)};
+    }
+
     Machine<Range> _machine;
 };
 

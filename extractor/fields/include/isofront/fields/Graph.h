@@ -150,6 +150,8 @@ Node tunnels(const Node& solid, const TunnelSettings& settings);
 
 /// How many nodes a graph may have, after what is used twice has been joined.
 inline constexpr std::size_t kMostNodes = 4096;
+/// True if the graph has no more than that; what is used within two warps counts twice.
+bool fits(const Node& node);
 
 struct GraphSettings {
     std::uint64_t seed = 1;    ///< changes all noise
