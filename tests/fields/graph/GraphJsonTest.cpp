@@ -46,11 +46,21 @@ void PrintTo(const Same& same, std::ostream* stream)
 const OctaveSettings kHills{
     .wavelength = 9, .octaves = 3, .amplitude = 2, .plane = true, .seed = 5};
 
+const OctaveSettings kRidges{
+    .kind = NoiseKind::simplex,
+    .fractal = FractalKind::ridged,
+    .wavelength = 9,
+    .octaves = 3,
+    .amplitude = 2,
+    .carry = 3,
+    .plane = true,
+    .seed = 5};
+
 std::vector<Same> examples()
 {
     const Node x = position(Axis::x);
     const Node z = position(Axis::z);
-    const Node hills = fractal(kHills);
+    const Node hills = noise(kHills);
     const OctaveSettings layers[2] = {
         {.wavelength = 4, .octaves = 2, .seed = 8},
         {.wavelength = 7, .octaves = 1, .amplitude = 0.5, .stretch = 3, .seed = 9}};
@@ -59,12 +69,12 @@ std::vector<Same> examples()
         {"position", R"("a": {"type": "position", "axis": "x"})", x},
         {"distance", R"("a": {"type": "distance", "from": [1, -2, 0.5]})", distance(1, -2, 0.5)},
         {"fractal",
-         R"("a": {"type": "fractal", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true, "seed": 5})",
+         R"("a": {"type": "noise", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true, "seed": 5})",
          hills},
         {"fractalWithAllItHas",
-         R"("a": {"type": "fractal", "wavelength": 6, "octaves": 4, "amplitude": 1.5, "lacunarity": 1.9,
+         R"("a": {"type": "noise", "wavelength": 6, "octaves": 4, "amplitude": 1.5, "lacunarity": 1.9,
                   "gain": 0.6, "stretch": 2, "filtered": false, "seed": 6})",
-         fractal(
+         noise(
              {.wavelength = 6,
               .octaves = 4,
               .amplitude = 1.5,
@@ -74,9 +84,9 @@ std::vector<Same> examples()
               .filtered = false,
               .seed = 6})},
         {"ridges",
-         R"("a": {"type": "ridges", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true,
+         R"("a": {"type": "noise", "kind": "simplex", "fractal": "ridged", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true,
                   "carry": 3, "seed": 5})",
-         ridges(kHills, 3)},
+         noise(kRidges)},
         {"filterWeight",
          R"("a": {"type": "multiply", "inputs": [{"type": "filterWeight", "wavelength": 3}, 2]})",
          filterWeight(3) * 2.0},
@@ -114,11 +124,11 @@ std::vector<Same> examples()
          curve(x, points)},
         {"warp",
          R"("a": {"type": "warp", "input": "h", "y": "h", "z": 2, "stretch": 1.5},
-            "h": {"type": "fractal", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true, "seed": 5})",
+            "h": {"type": "noise", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true, "seed": 5})",
          warp(hills, 0.0, hills, 2.0, 1.5)},
         {"placed",
          R"("a": {"type": "placed", "at": [3, 2, 1], "scale": 2, "input":
-            {"type": "fractal", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true, "seed": 5}})",
+            {"type": "noise", "wavelength": 9, "octaves": 3, "amplitude": 2, "plane": true, "seed": 5}})",
          placed(hills, 3, 2, 1, 2)},
         {"detail",
          R"("a": {"type": "detail", "input": {"type": "position", "axis": "x"}, "strength": 0.5, "reserve": 2,
@@ -182,7 +192,7 @@ TEST(GraphJson, drawsNoiseFromTheNameWhereNoSeedIsGiven)
         const core::Result<Preset> preset = parsePreset(
             around(
                 R"("a": {"type": "add", "inputs": [0, ")" + name + R"("]}, ")" + name +
-                R"(": {"type": "fractal", "wavelength": 3})"),
+                R"(": {"type": "noise", "wavelength": 3})"),
             "test.json");
         EXPECT_TRUE(preset.has_value());
         Random random(92);
@@ -202,17 +212,16 @@ TEST(GraphJson, namesTheNodeAndTheKeyOfAMistake)
         std::vector<const char*> parts;
     };
     const std::vector<Case> cases{
-        {R"("a": {"type": "fractle"})", {"'a'", "'fractle'", "fractal"}},
+        {R"("a": {"type": "noize"})", {"'a'", "'noize'", "noise"}},
         {R"("a": {"wavelength": 3})", {"'a'", "'type'", "missing"}},
-        {R"("a": {"type": "fractal"})", {"'a'", "'wavelength'", "missing"}},
-        {R"("a": {"type": "fractal", "wavelength": 3, "octavs": 2})",
-         {"'a'", "'octavs'", "octaves"}},
-        {R"("a": {"type": "fractal", "wavelength": -3})", {"'a'", "'wavelength'", "-3"}},
-        {R"("a": {"type": "fractal", "wavelength": "3"})", {"'a'", "'wavelength'", "number"}},
-        {R"("a": {"type": "fractal", "wavelength": 3, "octaves": 2.5})", {"'octaves'", "whole"}},
-        {R"("a": {"type": "fractal", "wavelength": 3, "octaves": 33})", {"'octaves'", "32"}},
-        {R"("a": {"type": "fractal", "wavelength": 1e99})", {"'wavelength'", "1e+99"}},
-        {R"("a": {"type": "fractal", "wavelength": 3, "plane": 1})", {"'plane'", "true or false"}},
+        {R"("a": {"type": "noise"})", {"'a'", "'wavelength'", "missing"}},
+        {R"("a": {"type": "noise", "wavelength": 3, "octavs": 2})", {"'a'", "'octavs'", "octaves"}},
+        {R"("a": {"type": "noise", "wavelength": -3})", {"'a'", "'wavelength'", "-3"}},
+        {R"("a": {"type": "noise", "wavelength": "3"})", {"'a'", "'wavelength'", "number"}},
+        {R"("a": {"type": "noise", "wavelength": 3, "octaves": 2.5})", {"'octaves'", "whole"}},
+        {R"("a": {"type": "noise", "wavelength": 3, "octaves": 33})", {"'octaves'", "32"}},
+        {R"("a": {"type": "noise", "wavelength": 1e99})", {"'wavelength'", "1e+99"}},
+        {R"("a": {"type": "noise", "wavelength": 3, "plane": 1})", {"'plane'", "true or false"}},
         {R"("a": {"type": "abs", "input": "b"})", {"no node 'b'"}},
         {R"("a": {"type": "abs", "input": true})", {"'a'", "'input'"}},
         {R"("a": {"type": "abs"})", {"'a'", "'input'", "missing"}},
@@ -289,7 +298,7 @@ TEST(GraphJson, refusesWhatWouldTakeTooMuch)
                  R"({"type": "warp", "x": 1, "input": )" + next +
                  R"(}, {"type": "warp", "x": 2, "input": )" + next + "}]}";
     }
-    warps += R"(, "n40": {"type": "fractal", "wavelength": 3})";
+    warps += R"(, "n40": {"type": "noise", "wavelength": 3})";
     EXPECT_NE(errorOf(around(warps)).find("more than 4096 nodes"), std::string::npos);
     EXPECT_NE(errorOf(std::string(2000000, ' ')).find("1 MiB"), std::string::npos);
 }

@@ -103,8 +103,7 @@ private:
         static const std::map<std::string, Make> all{
             {"position", &Maker::position},
             {"distance", &Maker::distance},
-            {"fractal", &Maker::fractal},
-            {"ridges", &Maker::ridges},
+            {"noise", &Maker::noise},
             {"filterWeight", &Maker::filterWeight},
             {"add", &Maker::add},
             {"subtract", &Maker::subtract},
@@ -197,6 +196,8 @@ private:
     OctaveSettings octaves(JsonObject& object, const std::string& suffix = "")
     {
         OctaveSettings settings;
+        settings.kind = static_cast<NoiseKind>(
+            object.choice("kind", {"value", "gradient", "simplex", "cellular", "border"}, 1));
         settings.wavelength = object.number("wavelength", kShortest, kLongest);
         settings.octaves = static_cast<int>(object.whole("octaves", 0, 32, 1));
         settings.amplitude = object.number("amplitude", -kLongest, kLongest, 1.0);
@@ -207,33 +208,29 @@ private:
         settings.seed = seedOf(object, suffix);
         return settings;
     }
-    OctaveSettings octavesAnywhere(JsonObject& object)
-    {
-        const bool plane = object.flag("plane", false);
-        OctaveSettings settings = octaves(object);
-        settings.plane = plane;
-        return settings;
-    }
-
     // ---- One for each type ----------------------------------------------------------------------
 
     Node position(JsonObject& object)
     {
-        const std::string axis = object.text("axis");
-        if (axis != "x" && axis != "y" && axis != "z")
-            object.fail("'axis' must be \"x\", \"y\" or \"z\"");
-        return graph::position(axis == "x" ? Axis::x : axis == "y" ? Axis::y : Axis::z);
+        object.required("axis");
+        return graph::position(static_cast<Axis>(object.choice("axis", {"x", "y", "z"}, 0)));
     }
     Node distance(JsonObject& object)
     {
         const std::vector<double> from = object.numbers("from", 3, kLongest);
         return graph::distance(from[0], from[1], from[2]);
     }
-    Node fractal(JsonObject& object) { return graph::fractal(octavesAnywhere(object)); }
-    Node ridges(JsonObject& object)
+    Node noise(JsonObject& object)
     {
-        const double carry = object.number("carry", 0, 1e3, 2.0);
-        return graph::ridges(octavesAnywhere(object), carry);
+        const auto fractal =
+            static_cast<FractalKind>(object.choice("fractal", {"brownian", "ridged", "billow"}, 0));
+        const bool plane = object.flag("plane", false);
+        const double carry = object.number("carry", 0, 1e3, 4.0);
+        OctaveSettings settings = octaves(object);
+        settings.fractal = fractal;
+        settings.plane = plane;
+        settings.carry = carry;
+        return graph::noise(settings);
     }
     Node filterWeight(JsonObject& object)
     {

@@ -53,6 +53,21 @@ std::string JsonObject::text(const std::string& key)
     return value.get<std::string>();
 }
 
+std::size_t JsonObject::choice(
+    const std::string& key, const std::vector<std::string>& words, std::size_t otherwise)
+{
+    if (optional(key) == nullptr)
+        return otherwise;
+    const std::string word = text(key);
+    const auto found = std::find(words.begin(), words.end(), word);
+    if (found != words.end())
+        return static_cast<std::size_t>(found - words.begin());
+    std::string all;
+    for (const std::string& known : words)
+        all += (all.empty() ? "" : ", ") + known;
+    fail("'" + key + "' must be one of " + all + ", not '" + word + "'");
+}
+
 bool JsonObject::flag(const std::string& key, bool otherwise)
 {
     const Json* value = optional(key);

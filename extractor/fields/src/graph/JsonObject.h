@@ -26,6 +26,9 @@ public:
     const Json* optional(const std::string& key);
 
     std::string text(const std::string& key);
+    /// Which of the words it is; `otherwise` if it isn't there.
+    std::size_t
+    choice(const std::string& key, const std::vector<std::string>& words, std::size_t otherwise);
     bool flag(const std::string& key, bool otherwise);
     double number(const std::string& key, double least, double most);
     double number(const std::string& key, double least, double most, double otherwise);
