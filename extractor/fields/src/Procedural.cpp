@@ -156,6 +156,65 @@ ProceduralDescription describeGraph()
          filterParameter()}};
 }
 
+// ---- Noise --------------------------------------------------------------------------------------
+
+ProceduralParameter
+word(const char* name, const char* description, std::vector<std::string> choices, std::size_t first)
+{
+    const std::string defaultValue = choices[first];
+    return {name, description, defaultValue, 0, 0, false, std::move(choices), ""};
+}
+
+const std::vector<std::string> kKinds{"value", "gradient", "simplex", "cellular", "border"};
+const std::vector<std::string> kFractals{"brownian", "ridged", "billow"};
+
+template <typename Enum>
+Enum numbered(const std::vector<std::string>& words, const std::string& word)
+{
+    return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
+}
+
+/// Noise in a ball, or as the height of a landscape.
+core::Result<ProceduralSource> makeNoiseSource(const Arguments& arguments)
+{
+    constexpr double kRadius = 4;
+    const bool plane = arguments["plane"] != 0;
+    const graph::Node octaves = graph::noise(
+        {.kind = numbered<NoiseKind>(kKinds, arguments.words.at("kind")),
+         .fractal = numbered<FractalKind>(kFractals, arguments.words.at("fractal")),
+         .wavelength = arguments["wavelength"],
+         .octaves = static_cast<int>(arguments["octaves"]),
+         .lacunarity = arguments["lacunarity"],
+         .gain = arguments["gain"],
+         .plane = plane});
+    const graph::Node surface =
+        plane ? octaves - graph::position(graph::Axis::z)
+              : min(octaves - arguments["level"], kRadius - graph::distance(0, 0, 0));
+    return shapeSource(
+        graph::graphField(
+            surface,
+            {.seed = static_cast<std::uint64_t>(arguments["seed"]),
+             .filterStrength = arguments["filter"]}),
+        1.25 * kRadius);
+}
+
+ProceduralDescription describeNoise()
+{
+    return {
+        "noise",
+        "noise as a solid in a ball of radius 4, or as a landscape",
+        {word("kind", "of an octave", kKinds, 1),
+         word("fractal", "how octaves are put together", kFractals, 0),
+         number("wavelength", "of the first octave", "2", 0.01, 100),
+         wholeNumber("octaves", "how many", "3", 1, 32),
+         number("lacunarity", "frequency of an octave over the one before", "2.03", 1, 16),
+         number("gain", "amplitude of an octave over the one before", "0.5", 0, 1),
+         number("level", "solid is where the noise is above", "0", -4, 4),
+         wholeNumber("plane", "1 makes a landscape", "0", 0, 1),
+         seedParameter("other noise for each number"),
+         filterParameter()}};
+}
+
 // ---- Shapes -------------------------------------------------------------------------------------
 
 std::vector<Maker> makers()
@@ -163,6 +222,7 @@ std::vector<Maker> makers()
     std::vector<Maker> all;
     all.push_back({describeTerrain(), makeTerrainSource});
     all.push_back({describeGraph(), makeGraphSource});
+    all.push_back({describeNoise(), makeNoiseSource});
     all.push_back(
         {{"sphere", "a ball about the origin", {number("radius", "of the ball", "1", 1e-6, 1e9)}},
          [](const Arguments& a) {
