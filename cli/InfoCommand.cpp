@@ -44,6 +44,8 @@ Json proceduralJson(const fields::ProceduralDescription& source)
             p["choices"] = parameter.choices;
         else
             p["range"] = {parameter.least, parameter.most};
+        if (!parameter.fileSuffix.empty())
+            p["fileSuffix"] = parameter.fileSuffix;
         json["parameters"].push_back(p);
     }
     return json;
@@ -65,6 +67,8 @@ int listProcedural(bool asJson)
             std::string values;
             for (const std::string& choice : parameter.choices)
                 values += (values.empty() ? "" : ", ") + choice;
+            if (!parameter.fileSuffix.empty())
+                values += ", or a " + parameter.fileSuffix + " file";
             if (values.empty()) {
                 char range[96];
                 std::snprintf(range, sizeof range, "%g to %g", parameter.least, parameter.most);

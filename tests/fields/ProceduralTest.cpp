@@ -51,7 +51,7 @@ TEST(Procedural, makesEverySourceItListsWithItsDefaults)
     EXPECT_EQ(
         names,
         (std::vector<std::string>{
-            "terrain", "sphere", "torus", "box", "plane", "gyroid", "julia"}));
+            "terrain", "graph", "noise", "sphere", "torus", "box", "plane", "gyroid", "julia"}));
 }
 
 TEST(Procedural, takesParameters)
@@ -69,11 +69,32 @@ TEST(Procedural, takesParameters)
         valueAt(*terrain->field, p.x, p.y, p.z - 100, 50));
 }
 
+TEST(Procedural, makesEveryKindOfNoise)
+{
+    std::vector<std::vector<float>> all;
+    for (const char* kind : {"value", "gradient", "simplex", "cellular", "border"})
+        for (const char* fractal : {"brownian", "ridged", "billow"})
+            for (const char* plane : {"0", "1"}) {
+                const core::Result<ProceduralSource> source = makeProcedural(
+                    "noise", {{"kind", kind}, {"fractal", fractal}, {"plane", plane}});
+                ASSERT_TRUE(source.has_value());
+                Random random(42);
+                const Points points = randomPoints(random, {glm::dvec3(-2), glm::dvec3(2)}, 0, 200);
+                all.push_back(valuesOf(*source->field, points.batch()));
+            }
+    // No two are the same.
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t k = 0; k < i; ++k)
+            EXPECT_GT(differingBits(all[i], all[k]), 150U) << i << ", " << k;
+}
+
 TEST(Procedural, saysWhichSourcesThereAre)
 {
     const std::string message = errorOf("cube", {});
     EXPECT_NE(message.find("'cube'"), std::string::npos) << message;
-    EXPECT_NE(message.find("terrain, sphere, torus, box, plane, gyroid, julia"), std::string::npos)
+    EXPECT_NE(
+        message.find("terrain, graph, noise, sphere, torus, box, plane, gyroid, julia"),
+        std::string::npos)
         << message;
 }
 
@@ -87,7 +108,7 @@ TEST(Procedural, saysWhichParametersThereAre)
 TEST(Procedural, saysWhichValuesWillDo)
 {
     const std::string preset = errorOf("terrain", {{"preset", "moon"}});
-    EXPECT_NE(preset.find("alpine, canyon, islands"), std::string::npos) << preset;
+    EXPECT_NE(preset.find("alpine, canyon, islands, karst"), std::string::npos) << preset;
     const std::string number = errorOf("julia", {{"iterations", "41"}});
     EXPECT_NE(number.find("whole number from 1 to 40"), std::string::npos) << number;
 }

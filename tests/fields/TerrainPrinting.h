@@ -1,15 +1,15 @@
 #pragma once
 
-#include <isofront/fields/Terrain.h>
+#include <isofront/fields/GraphJson.h>
 
 #include <ostream>
 
-namespace isofront::fields {
+namespace isofront::fields::graph {
 
 /// Presets appear in the names of tests; without this as bytes that change from run to run.
-inline void PrintTo(const TerrainPreset& preset, std::ostream* stream)
+inline void PrintTo(const Preset& preset, std::ostream* stream)
 {
     *stream << preset.name;
 }
 
-} // namespace isofront::fields
+} // namespace isofront::fields::graph

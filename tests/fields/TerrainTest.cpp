@@ -189,12 +189,12 @@ TEST_P(Terrain, isFiniteFarOutsideItsBox)
     }
 }
 
-TEST(TerrainPresets, areTheThreeThatUsersKnow)
+TEST(TerrainPresets, areTheFourThatUsersKnow)
 {
     std::vector<std::string> names;
     for (const TerrainPreset& preset : terrainPresets())
         names.push_back(preset.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"alpine", "canyon", "islands"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"alpine", "canyon", "islands", "karst"}));
 }
 
 TEST(TerrainPresets, areListedWhenOneIsUnknown)
@@ -203,7 +203,7 @@ TEST(TerrainPresets, areListedWhenOneIsUnknown)
     ASSERT_FALSE(made.has_value());
     EXPECT_EQ(made.error().code, core::ErrorCode::usage);
     EXPECT_NE(made.error().message.find("'moon'"), std::string::npos);
-    EXPECT_NE(made.error().message.find("alpine, canyon, islands"), std::string::npos);
+    EXPECT_NE(made.error().message.find("alpine, canyon, islands, karst"), std::string::npos);
 }
 
 TEST(SurfaceHeight, findsTheHighestSolidPoint)

@@ -127,9 +127,10 @@ inline constexpr float kRidgeCarry = 4.0F;
 
 /// What billows and ridges need to know of a kind of noise; measured, and measured again by a test.
 struct FractalNorms {
-    float scale;      ///< 0.5 over the noise's standard deviation
-    float billowMean; ///< mean of the magnitude of the scaled noise, rounded off at zero
-    float ridgeMean;  ///< mean of the square of one less that, where it is positive
+    float scale;               ///< 0.5 over the noise's standard deviation
+    float billowMean;          ///< mean of the magnitude of the scaled noise, rounded off at zero
+    float ridgeMean;           ///< mean of the square of one less that, where it is positive
+    float carry = kRidgeCarry; ///< how soon ridges carry further ridges
 };
 
 constexpr FractalNorms spaceNorms(NoiseKind kind)

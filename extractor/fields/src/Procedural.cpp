@@ -1,6 +1,9 @@
 #include "isofront/fields/Procedural.h"
 
+#include "PresetTexts.h"
+
 #include <isofront/fields/Combine.h>
+#include <isofront/fields/GraphJson.h>
 #include <isofront/fields/Julia.h>
 #include <isofront/fields/Shapes.h>
 #include <isofront/fields/Terrain.h>
@@ -28,19 +31,19 @@ public:
 
 struct Maker {
     ProceduralDescription description;
-    std::function<ProceduralSource(const Arguments&)> make;
+    std::function<core::Result<ProceduralSource>(const Arguments&)> make;
 };
 
 ProceduralParameter number(
     const char* name, const char* description, const char* defaultValue, double least, double most)
 {
-    return {name, description, defaultValue, least, most, false, {}};
+    return {name, description, defaultValue, least, most, false, {}, {}};
 }
 
 ProceduralParameter wholeNumber(
     const char* name, const char* description, const char* defaultValue, double least, double most)
 {
-    return {name, description, defaultValue, least, most, true, {}};
+    return {name, description, defaultValue, least, most, true, {}, {}};
 }
 
 core::Box cubeAround(double half)
@@ -70,12 +73,15 @@ double clearHeight(const Field& field, const TerrainPreset& preset, const glm::d
     return (ground > preset.box.low.z ? ground : 0.0) + preset.clearance;
 }
 
-ProceduralSource makeTerrainSource(const Arguments& arguments)
+core::Result<ProceduralSource> makeTerrainSource(const Arguments& arguments)
 {
-    const TerrainPreset preset = *terrainPreset(arguments.words.at("preset"));
+    const core::Result<TerrainPreset> made = terrainPreset(arguments.words.at("preset"));
+    if (!made)
+        return tl::unexpected<core::Error>(made.error());
+    const TerrainPreset& preset = *made;
     const std::shared_ptr<const Field> field =
         terrain(preset, static_cast<std::uint64_t>(arguments["seed"]), arguments["filter"]);
-    return {
+    return ProceduralSource{
         field,
         preset.box,
         0.0,
@@ -84,17 +90,129 @@ ProceduralSource makeTerrainSource(const Arguments& arguments)
         {preset.lookAt.x, preset.lookAt.y, clearHeight(*field, preset, preset.lookAt)}};
 }
 
+ProceduralParameter seedParameter(const char* description)
+{
+    return wholeNumber("seed", description, "1", 0, 0x1p53);
+}
+
+ProceduralParameter filterParameter()
+{
+    return number("filter", "filter strength kappa; 0 turns filtering off", "1", 0, 16);
+}
+
 ProceduralDescription describeTerrain()
 {
-    ProceduralParameter preset{"preset", "kind of terrain", "alpine", 0, 0, false, {}};
+    ProceduralParameter preset{"preset", "kind of terrain", "alpine", 0, 0, false, {}, ".json"};
     for (const TerrainPreset& known : terrainPresets())
         preset.choices.push_back(known.name);
     return {
         "terrain",
         "a landscape of 16 km with overhangs, arches and caves; metres, z up",
-        {preset,
-         wholeNumber("seed", "another landscape for each number", "1", 0, 0x1p53),
-         number("filter", "filter strength kappa; 0 turns filtering off", "1", 0, 16)}};
+        {preset, seedParameter("another landscape for each number"), filterParameter()}};
+}
+
+// ---- Graphs -------------------------------------------------------------------------------------
+
+core::Result<graph::Preset> graphPreset(const std::string& nameOrPath)
+{
+    for (const PresetText& text : presetTexts())
+        if (text.name == nameOrPath)
+            return graph::parsePreset(text.json, nameOrPath);
+    return graph::readPreset(nameOrPath);
+}
+
+core::Result<ProceduralSource> makeGraphSource(const Arguments& arguments)
+{
+    const core::Result<graph::Preset> preset = graphPreset(arguments.words.at("file"));
+    if (!preset)
+        return tl::unexpected<core::Error>(preset.error());
+    const glm::dvec3 centre = preset->box.centre();
+    return ProceduralSource{
+        graph::graphField(
+            preset->surface,
+            {.seed = static_cast<std::uint64_t>(arguments["seed"]),
+             .filterStrength = arguments["filter"]}),
+        preset->box,
+        0.0,
+        preset->description,
+        centre + glm::dvec3(0.75, -1.3, 0.65) * preset->box.size().x,
+        centre};
+}
+
+ProceduralDescription describeGraph()
+{
+    return {
+        "graph",
+        "a graph of nodes from a file in JSON",
+        {{"file",
+          "the graph",
+          std::string(kExamplePreset),
+          0,
+          0,
+          false,
+          {std::string(kExamplePreset)},
+          ".json"},
+         seedParameter("other noise for each number"),
+         filterParameter()}};
+}
+
+// ---- Noise --------------------------------------------------------------------------------------
+
+ProceduralParameter
+word(const char* name, const char* description, std::vector<std::string> choices, std::size_t first)
+{
+    const std::string defaultValue = choices[first];
+    return {name, description, defaultValue, 0, 0, false, std::move(choices), ""};
+}
+
+const std::vector<std::string> kKinds{"value", "gradient", "simplex", "cellular", "border"};
+const std::vector<std::string> kFractals{"brownian", "ridged", "billow"};
+
+template <typename Enum>
+Enum numbered(const std::vector<std::string>& words, const std::string& word)
+{
+    return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
+}
+
+/// Noise in a ball, or as the height of a landscape.
+core::Result<ProceduralSource> makeNoiseSource(const Arguments& arguments)
+{
+    constexpr double kRadius = 4;
+    const bool plane = arguments["plane"] != 0;
+    const graph::Node octaves = graph::noise(
+        {.kind = numbered<NoiseKind>(kKinds, arguments.words.at("kind")),
+         .fractal = numbered<FractalKind>(kFractals, arguments.words.at("fractal")),
+         .wavelength = arguments["wavelength"],
+         .octaves = static_cast<int>(arguments["octaves"]),
+         .lacunarity = arguments["lacunarity"],
+         .gain = arguments["gain"],
+         .plane = plane});
+    const graph::Node surface =
+        plane ? octaves - graph::position(graph::Axis::z)
+              : min(octaves - arguments["level"], kRadius - graph::distance(0, 0, 0));
+    return shapeSource(
+        graph::graphField(
+            surface,
+            {.seed = static_cast<std::uint64_t>(arguments["seed"]),
+             .filterStrength = arguments["filter"]}),
+        1.25 * kRadius);
+}
+
+ProceduralDescription describeNoise()
+{
+    return {
+        "noise",
+        "noise as a solid in a ball of radius 4, or as a landscape",
+        {word("kind", "of an octave", kKinds, 1),
+         word("fractal", "how octaves are put together", kFractals, 0),
+         number("wavelength", "of the first octave", "2", 0.01, 100),
+         wholeNumber("octaves", "how many", "3", 1, 32),
+         number("lacunarity", "frequency of an octave over the one before", "2.03", 1, 16),
+         number("gain", "amplitude of an octave over the one before", "0.5", 0, 1),
+         number("level", "solid is where the noise is above", "0", -4, 4),
+         wholeNumber("plane", "1 makes a landscape", "0", 0, 1),
+         seedParameter("other noise for each number"),
+         filterParameter()}};
 }
 
 // ---- Shapes -------------------------------------------------------------------------------------
@@ -103,6 +221,8 @@ std::vector<Maker> makers()
 {
     std::vector<Maker> all;
     all.push_back({describeTerrain(), makeTerrainSource});
+    all.push_back({describeGraph(), makeGraphSource});
+    all.push_back({describeNoise(), makeNoiseSource});
     all.push_back(
         {{"sphere",
           "a ball about the origin, coloured by place",
@@ -202,7 +322,10 @@ std::string shortest(double value)
 std::string expected(const ProceduralParameter& parameter)
 {
     if (!parameter.choices.empty())
-        return "give one of " + listed(parameter.choices, [](const std::string& c) { return c; });
+        return "give one of " + listed(parameter.choices, [](const std::string& c) { return c; }) +
+               (parameter.fileSuffix.empty()
+                    ? ""
+                    : ", or the path of a " + parameter.fileSuffix + " file");
     return std::string("give a ") + (parameter.whole ? "whole " : "") + "number from " +
            shortest(parameter.least) + " to " + shortest(parameter.most);
 }
@@ -211,8 +334,9 @@ bool readInto(Arguments& arguments, const ProceduralParameter& parameter, const 
 {
     if (!parameter.choices.empty()) {
         arguments.words[parameter.name] = text;
-        return std::find(parameter.choices.begin(), parameter.choices.end(), text) !=
-               parameter.choices.end();
+        return (!parameter.fileSuffix.empty() && text.ends_with(parameter.fileSuffix)) ||
+               std::find(parameter.choices.begin(), parameter.choices.end(), text) !=
+                   parameter.choices.end();
     }
     double value = 0;
     const char* end = text.data() + text.size();
@@ -274,9 +398,9 @@ makeProcedural(const std::string& name, const std::map<std::string, std::string>
                 "'" + text + "' won't do for the parameter '" + parameter.name +
                     "' of the source '" + name + "'; " + expected(parameter));
     }
-    ProceduralSource source = maker->make(arguments);
-    if (source.description.empty())
-        source.description = description.description;
+    core::Result<ProceduralSource> source = maker->make(arguments);
+    if (source && source->description.empty())
+        source->description = description.description;
     return source;
 }
 

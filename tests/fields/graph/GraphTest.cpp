@@ -22,9 +22,32 @@ const OctaveSettings kHills{
 const OctaveSettings kRocks{
     .wavelength = 17, .octaves = 4, .amplitude = 3, .stretch = 1.5, .seed = 4};
 
+const OctaveSettings kRidges{
+    .fractal = FractalKind::ridged,
+    .wavelength = 40,
+    .octaves = 5,
+    .amplitude = 9,
+    .carry = 3,
+    .plane = true,
+    .seed = 3};
+const OctaveSettings kCrests{
+    .fractal = FractalKind::ridged, .wavelength = 17, .octaves = 4, .amplitude = 3, .seed = 4};
+
+/// Two octaves of a kind of noise.
+Node ofKind(NoiseKind kind, FractalKind fractal, bool plane)
+{
+    return noise(
+        {.kind = kind,
+         .fractal = fractal,
+         .wavelength = 13,
+         .octaves = 2,
+         .amplitude = 4,
+         .plane = plane});
+}
+
 Node ground()
 {
-    return fractal(kHills) - position(Axis::z);
+    return noise(kHills) - position(Axis::z);
 }
 
 // ---- Every kind of node -------------------------------------------------------------------------
@@ -55,49 +78,76 @@ INSTANTIATE_TEST_SUITE_P(
         Example{"constant", [] { return Node(2.5); }},
         Example{"position", [] { return position(Axis::y); }},
         Example{"filterWeight", [] { return filterWeight(3.0) * position(Axis::x); }},
-        Example{"fractalInThePlane", [] { return fractal(kHills); }},
-        Example{"fractalInSpace", [] { return fractal(kRocks); }},
+        Example{"fractalInThePlane", [] { return noise(kHills); }},
+        Example{"fractalInSpace", [] { return noise(kRocks); }},
         Example{
             "unfilteredFractal",
-            [] { return fractal({.wavelength = 9, .octaves = 3, .filtered = false}); }},
-        Example{"ridgesInThePlane", [] { return ridges(kHills, 3.0); }},
-        Example{"ridgesInSpace", [] { return ridges(kRocks, 2.0); }},
+            [] { return noise({.wavelength = 9, .octaves = 3, .filtered = false}); }},
+        Example{"ridgesInThePlane", [] { return noise(kRidges); }},
+        Example{"ridgesInSpace", [] { return noise(kCrests); }},
+        Example{"valueNoise", [] { return ofKind(NoiseKind::value, FractalKind::billow, false); }},
+        Example{
+            "valueNoiseInThePlane",
+            [] { return ofKind(NoiseKind::value, FractalKind::brownian, true); }},
+        Example{
+            "simplexNoise",
+            [] { return ofKind(NoiseKind::simplex, FractalKind::brownian, false); }},
+        Example{
+            "simplexNoiseInThePlane",
+            [] { return ofKind(NoiseKind::simplex, FractalKind::ridged, true); }},
+        Example{
+            "cellularNoise",
+            [] { return ofKind(NoiseKind::cellular, FractalKind::brownian, false); }},
+        Example{
+            "cellularNoiseInThePlane",
+            [] { return ofKind(NoiseKind::cellular, FractalKind::billow, true); }},
+        Example{
+            "borderNoise", [] { return ofKind(NoiseKind::border, FractalKind::brownian, false); }},
+        Example{
+            "borderNoiseInThePlane",
+            [] { return ofKind(NoiseKind::border, FractalKind::brownian, true); }},
+        Example{
+            "detailOfCells",
+            [] {
+                const OctaveSettings layers[1] = {
+                    {.kind = NoiseKind::cellular, .wavelength = 9, .octaves = 2, .seed = 6}};
+                return detail(ground(), layers);
+            }},
         Example{"source", [] { return source(fractalNoise({.seed = 3, .wavelength = 11})) * 2.0; }},
         Example{
             "sourceThatIsAGraph",
-            [] { return ground() + source(graphField(fractal(kRocks) + 0.5, {.seed = 8})); }},
-        Example{"sum", [] { return fractal(kHills) + fractal(kRocks); }},
+            [] { return ground() + source(graphField(noise(kRocks) + 0.5, {.seed = 8})); }},
+        Example{"sum", [] { return noise(kHills) + noise(kRocks); }},
         Example{"difference", [] { return ground(); }},
-        Example{"product", [] { return fractal(kHills) * fractal(kRocks); }},
+        Example{"product", [] { return noise(kHills) * noise(kRocks); }},
         Example{
             "productWithAFactorThatIsOftenZero",
-            [] { return smoothStep(fractal(kHills), 1, 3) * fractal(kRocks); }},
-        Example{"negation", [] { return -fractal(kRocks) * 3.0 + 1.0; }},
-        Example{"abs", [] { return abs(fractal(kRocks)); }},
-        Example{"square", [] { return square(fractal(kRocks)); }},
-        Example{"sqrt", [] { return sqrt(fractal(kRocks)); }},
-        Example{"min", [] { return min(ground(), fractal(kRocks)); }},
-        Example{"max", [] { return max(ground(), fractal(kRocks)); }},
-        Example{"smoothMin", [] { return smoothMin(ground(), fractal(kRocks) * 2.0, 3); }},
-        Example{"smoothMax", [] { return smoothMax(fractal(kRocks) - 1.0, ground(), 3); }},
+            [] { return smoothStep(noise(kHills), 1, 3) * noise(kRocks); }},
+        Example{"negation", [] { return -noise(kRocks) * 3.0 + 1.0; }},
+        Example{"abs", [] { return abs(noise(kRocks)); }},
+        Example{"square", [] { return square(noise(kRocks)); }},
+        Example{"sqrt", [] { return sqrt(noise(kRocks)); }},
+        Example{"min", [] { return min(ground(), noise(kRocks)); }},
+        Example{"max", [] { return max(ground(), noise(kRocks)); }},
+        Example{"smoothMin", [] { return smoothMin(ground(), noise(kRocks) * 2.0, 3); }},
+        Example{"smoothMax", [] { return smoothMax(noise(kRocks) - 1.0, ground(), 3); }},
         Example{"clamp", [] { return clamp(ground(), -3, 5); }},
         Example{"smoothStep", [] { return smoothStep(ground(), -3, 5) * 8.0; }},
         Example{
             "mix",
-            [] { return mix(ground(), fractal(kRocks), smoothStep(position(Axis::x), -20, 20)); }},
-        Example{"curve", [] { return curve(fractal(kHills), kSteps); }},
+            [] { return mix(ground(), noise(kRocks), smoothStep(position(Axis::x), -20, 20)); }},
+        Example{"curve", [] { return curve(noise(kHills), kSteps); }},
         Example{"distance", [] { return 20.0 - distance(3, -4, 5); }},
         Example{
-            "warp",
-            [] { return warp(ground(), fractal(kRocks), fractal(kHills) * 0.5, 0.0, 1.4); }},
+            "warp", [] { return warp(ground(), noise(kRocks), noise(kHills) * 0.5, 0.0, 1.4); }},
         Example{
             "warpWithinAWarp",
             [] {
                 return warp(
-                    warp(fractal(kHills), fractal(kRocks), 0.0, 0.0) - position(Axis::z),
+                    warp(noise(kHills), noise(kRocks), 0.0, 0.0) - position(Axis::z),
                     0.0,
                     0.0,
-                    fractal(kRocks));
+                    noise(kRocks));
             }},
         Example{"placed", [] { return placed(ground(), 5, -3, 2, 1.7); }},
         Example{
@@ -105,7 +155,7 @@ INSTANTIATE_TEST_SUITE_P(
             [] {
                 const OctaveSettings layers[2] = {
                     kRocks, {.wavelength = 5, .octaves = 3, .seed = 6}};
-                return detail(ground(), layers, smoothStep(fractal(kHills), -2, 2), 0.5);
+                return detail(ground(), layers, smoothStep(noise(kHills), -2, 2), 0.5);
             }},
         Example{
             "tunnels",
@@ -248,7 +298,7 @@ TEST(Graph, weighsOctavesByTheFilter)
     const double wavelength = 12;
     const double kappa = 1.3;
     const std::shared_ptr<const Field> field = graphField(
-        fractal({.wavelength = wavelength, .amplitude = 1, .seed = 2}),
+        noise({.wavelength = wavelength, .amplitude = 1, .seed = 2}),
         {.seed = 1, .filterStrength = kappa});
     Random random(82);
     for (int i = 0; i < 300; ++i) {
@@ -269,10 +319,9 @@ TEST(Graph, weighsOctavesByTheFilter)
 TEST(Graph, scalesTheFilterRadiusWithinWarpsAndPlacements)
 {
     const OctaveSettings octave{.wavelength = 10, .amplitude = 2, .seed = 2};
-    const std::shared_ptr<const Field> plain = graphField(fractal(octave));
-    const std::shared_ptr<const Field> warped =
-        graphField(warp(fractal(octave), 0.0, 0.0, 0.0, 2.0));
-    const std::shared_ptr<const Field> large = graphField(placed(fractal(octave), 1, 2, 3, 4.0));
+    const std::shared_ptr<const Field> plain = graphField(noise(octave));
+    const std::shared_ptr<const Field> warped = graphField(warp(noise(octave), 0.0, 0.0, 0.0, 2.0));
+    const std::shared_ptr<const Field> large = graphField(placed(noise(octave), 1, 2, 3, 4.0));
     Random random(83);
     for (int i = 0; i < 200; ++i) {
         const double x = random(-50, 50);
@@ -292,8 +341,8 @@ TEST(Graph, isTheSameTenThousandKilometresOut)
     // Moved by a whole number of metres the graph is the same graph: places are found in double.
     const double far = 1e7;
     const OctaveSettings fine{.wavelength = 0.01, .octaves = 3, .amplitude = 1, .seed = 9};
-    const std::shared_ptr<const Field> field = graphField(fractal(fine));
-    const std::shared_ptr<const Field> moved = graphField(placed(fractal(fine), far, -far, far));
+    const std::shared_ptr<const Field> field = graphField(noise(fine));
+    const std::shared_ptr<const Field> moved = graphField(placed(noise(fine), far, -far, far));
     Random random(84);
     for (int i = 0; i < 500; ++i) {
         // Multiples of 2^-20 keep the sum exact.
@@ -307,7 +356,7 @@ TEST(Graph, isTheSameTenThousandKilometresOut)
 TEST(Graph, hasOtherNoiseForEverySeed)
 {
     const auto make = [](std::uint64_t graphSeed, std::uint64_t seed) {
-        return graphField(fractal({.wavelength = 3, .seed = seed}), {.seed = graphSeed});
+        return graphField(noise({.wavelength = 3, .seed = seed}), {.seed = graphSeed});
     };
     Random random(85);
     const Points points = randomPoints(random, cube(50), 0, 500);

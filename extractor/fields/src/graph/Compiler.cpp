@@ -1,6 +1,7 @@
 #include "graph/Lowering.h"
 #include "graph/Program.h"
 
+#include <isofront/core/Assert.h>
 #include <isofront/core/Hash.h>
 
 #include <algorithm>
@@ -83,6 +84,7 @@ public:
         : _items(lowered(node)), _settings(settings), _seed(core::mixed(settings.seed)),
           _emitted(_items.items.size(), 0)
     {
+        ISOFRONT_ASSERT(!_items.areTooMany, "the graph has too many nodes");
     }
 
     Program run()
@@ -268,12 +270,7 @@ private:
         case Op::filterWeight:
             instruction.numbers[0] = static_cast<float>(_settings.filterStrength / node.numbers[0]);
             break;
-        case Op::ridges:
-            instruction.numbers[1] = kRidgeScale;
-            instruction.numbers[2] = kRidgeMean;
-            appendOctaves(instruction, node.layers[0]);
-            break;
-        case Op::fractal:
+        case Op::noise:
             appendOctaves(instruction, node.layers[0]);
             break;
         case Op::detail:
@@ -332,9 +329,13 @@ private:
     {
         noteWavelengths(settings);
         instruction.plane = settings.plane;
+        instruction.kind = settings.kind;
+        instruction.fractal = settings.fractal;
+        instruction.norms = normsOf(settings);
         instruction.count = static_cast<std::uint32_t>(settings.octaves);
-        instruction.slack =
-            (instruction.op == Op::ridges ? 2e-5F : 2e-6F) * static_cast<float>(reachOf(settings));
+        // Ridges multiply the errors of those that carry them.
+        instruction.slack = (settings.fractal == FractalKind::ridged ? 2e-5F : 4e-6F) *
+                            static_cast<float>(reachOf(settings));
         const auto append = [&](auto& all, const auto& drawn) {
             instruction.first = static_cast<std::uint32_t>(all.size());
             all.insert(all.end(), drawn.begin(), drawn.end());
@@ -342,7 +343,8 @@ private:
         const double kappa = kappaOf(settings);
         if (settings.plane)
             append(
-                _program.planeOctaves, planeOctaves(octavesOf(settings), seedOf(settings), kappa));
+                _program.planeOctaves,
+                planeOctaves(octavesOf(settings), seedOf(settings), kappa, settings.kind));
         else
             append(
                 _program.spaceOctaves, spaceOctaves(octavesOf(settings), seedOf(settings), kappa));
@@ -369,30 +371,29 @@ private:
     void appendDetail(Instruction& instruction, std::uint32_t index)
     {
         const NodeData& node = *item(index).node;
-        std::vector<SpaceOctave> octaves;
+        std::vector<DetailOctave> octaves;
         double reach = 0;
         for (const OctaveSettings& layer : node.layers) {
             noteWavelengths(layer);
-            const std::vector<SpaceOctave> drawn =
-                spaceOctaves(octavesOf(layer), seedOf(layer), kappaOf(layer));
-            octaves.insert(octaves.end(), drawn.begin(), drawn.end());
+            for (const SpaceOctave& octave :
+                 spaceOctaves(octavesOf(layer), seedOf(layer), kappaOf(layer)))
+                octaves.push_back({octave, layer.kind, limitsOf(layer).magnitude});
             reach += reachOf(layer);
         }
         std::stable_sort(
-            octaves.begin(), octaves.end(), [](const SpaceOctave& a, const SpaceOctave& b) {
-                return std::abs(a.amplitude) > std::abs(b.amplitude);
+            octaves.begin(), octaves.end(), [](const DetailOctave& a, const DetailOctave& b) {
+                return std::abs(a.noise.amplitude) > std::abs(b.noise.amplitude);
             });
         instruction.first = static_cast<std::uint32_t>(_program.detailOctaves.size());
         instruction.count = static_cast<std::uint32_t>(octaves.size());
-        instruction.slack = 2e-6F * static_cast<float>(reach * strongest(index));
-        std::vector<DetailOctave> detail(octaves.size());
+        instruction.slack = 4e-6F * static_cast<float>(reach * strongest(index));
         double remaining = node.numbers[0];
         for (std::size_t i = octaves.size(); i-- > 0;) {
-            remaining += double(kSpaceNoise.magnitude) * std::abs(double(octaves[i].amplitude)) *
-                         strongest(index);
-            detail[i] = {octaves[i], static_cast<float>(remaining)};
+            remaining += double(octaves[i].remaining) *
+                         std::abs(double(octaves[i].noise.amplitude)) * strongest(index);
+            octaves[i].remaining = static_cast<float>(remaining);
         }
-        _program.detailOctaves.insert(_program.detailOctaves.end(), detail.begin(), detail.end());
+        _program.detailOctaves.insert(_program.detailOctaves.end(), octaves.begin(), octaves.end());
     }
 
     // ---- Registers ------------------------------------------------------------------------------

@@ -54,16 +54,10 @@ Node position(Axis axis)
     return made({.op = Op::position, .which = static_cast<unsigned>(axis)});
 }
 
-Node fractal(const OctaveSettings& settings)
+Node noise(const OctaveSettings& settings)
 {
     check(settings);
-    return made({.op = Op::fractal, .layers = {settings}});
-}
-
-Node ridges(const OctaveSettings& settings, double carry)
-{
-    check(settings);
-    return made({.op = Op::ridges, .numbers = {carry}, .layers = {settings}});
+    return made({.op = Op::noise, .layers = {settings}});
 }
 
 Node filterWeight(double wavelength)
@@ -197,7 +191,9 @@ Node detail(
 {
     for (const OctaveSettings& layer : layers) {
         check(layer);
-        ISOFRONT_ASSERT(!layer.plane, "detail is noise in space");
+        ISOFRONT_ASSERT(
+            !layer.plane && layer.fractal == FractalKind::brownian,
+            "detail is a plain sum of noise in space");
     }
     ISOFRONT_ASSERT(reserve >= 0, "a reserve can't be below zero");
     return made(
@@ -211,7 +207,7 @@ Node tunnels(const Node& solid, const TunnelSettings& settings)
 {
     ISOFRONT_ASSERT(settings.radius > 0, "the radius of a tunnel must be above zero");
     const auto sheet = [&](double scale, std::uint64_t number) {
-        return fractal(
+        return noise(
             {.wavelength = scale * settings.wavelength,
              .octaves = 1,
              .stretch = settings.stretch,

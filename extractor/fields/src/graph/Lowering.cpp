@@ -1,7 +1,5 @@
 #include "graph/Lowering.h"
 
-#include <isofront/core/Assert.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -31,17 +29,6 @@ core::Interval magnitude(const core::Interval& a)
     return {std::max({0.0, a.low, -a.high}), std::max(-a.low, a.high)};
 }
 
-double sumOfAmplitudes(const OctaveSettings& settings)
-{
-    double sum = 0;
-    double amplitude = std::abs(settings.amplitude);
-    for (int i = 0; i < settings.octaves; ++i) {
-        sum += amplitude;
-        amplitude *= std::abs(settings.gain);
-    }
-    return sum;
-}
-
 core::Interval rangeOf(const Item& item, const std::vector<Item>& items)
 {
     const NodeData& node = *item.node;
@@ -52,14 +39,8 @@ core::Interval rangeOf(const Item& item, const std::vector<Item>& items)
         return {n[0], n[0]};
     case Op::filterWeight:
         return {0, 1};
-    case Op::fractal: {
-        const double reach = reachOf(node.layers[0]);
-        return {-reach, reach};
-    }
-    case Op::ridges: {
-        const double sum = sumOfAmplitudes(node.layers[0]);
-        return {-sum * double(kRidgeMean), sum * (1 - double(kRidgeMean))};
-    }
+    case Op::noise:
+        return rangeOf(node.layers[0]);
     case Op::sum:
         return {input(0).low + input(1).low, input(0).high + input(1).high};
     case Op::difference:
@@ -112,7 +93,7 @@ core::Interval rangeOf(const Item& item, const std::vector<Item>& items)
 
 bool isCostlyByItself(Op op)
 {
-    return op == Op::fractal || op == Op::ridges || op == Op::detail || op == Op::source;
+    return op == Op::noise || op == Op::detail || op == Op::source;
 }
 
 class Lowering {
@@ -127,6 +108,8 @@ public:
 private:
     std::uint32_t lower(const Node& node, std::uint32_t frame)
     {
+        if (_items.areTooMany)
+            return 0;
         // What is shared is visited once: a graph of n nodes can have 2^n paths.
         const auto visited = _visited.find({node.data().get(), frame});
         if (visited != _visited.end())
@@ -151,8 +134,8 @@ private:
         for (std::size_t i = 0; i < data.inputs.size(); ++i)
             inputs[i] = lower(data.inputs[i], frame);
         const bool placeless = data.op != Op::position && data.op != Op::filterWeight &&
-                               data.op != Op::fractal && data.op != Op::ridges &&
-                               data.op != Op::source && data.op != Op::detail;
+                               data.op != Op::noise && data.op != Op::source &&
+                               data.op != Op::detail;
         return added(
             data, placeless ? 0 : frame, inputs, static_cast<std::uint32_t>(data.inputs.size()));
     }
@@ -172,7 +155,10 @@ private:
         if (std::isnan(item.range.low) || std::isnan(item.range.high))
             item.range = {};
         const auto index = static_cast<std::uint32_t>(_items.items.size());
-        ISOFRONT_ASSERT(index <= kMostNodes, "the graph has too many nodes");
+        if (index > kMostNodes) {
+            _items.areTooMany = true;
+            return 0;
+        }
         _items.items.push_back(item);
         _known.emplace(key, index);
         return index;
@@ -192,10 +178,17 @@ private:
         key.push_back(data.which);
         for (const OctaveSettings& layer : data.layers) {
             for (const double number :
-                 {layer.wavelength, layer.amplitude, layer.lacunarity, layer.gain, layer.stretch})
+                 {layer.wavelength,
+                  layer.amplitude,
+                  layer.lacunarity,
+                  layer.gain,
+                  layer.stretch,
+                  layer.carry})
                 addDouble(number);
             key.push_back(static_cast<std::uint64_t>(layer.octaves));
             key.push_back((layer.plane ? 1U : 0U) + (layer.filtered ? 2U : 0U));
+            key.push_back(static_cast<std::uint64_t>(layer.kind));
+            key.push_back(static_cast<std::uint64_t>(layer.fractal));
             key.push_back(layer.seed);
         }
         for (const CurvePoint& point : data.points) {
@@ -213,15 +206,58 @@ private:
 
 } // namespace
 
+NoiseLimits limitsOf(const OctaveSettings& settings)
+{
+    return settings.plane ? planeLimits(settings.kind) : spaceLimits(settings.kind);
+}
+
+FractalNorms normsOf(const OctaveSettings& settings)
+{
+    FractalNorms norms = settings.plane ? planeNorms(settings.kind) : spaceNorms(settings.kind);
+    norms.carry = static_cast<float>(settings.carry);
+    return norms;
+}
+
+core::Interval rangeOf(const OctaveSettings& settings)
+{
+    const FractalNorms norms = normsOf(settings);
+    const double most = double(limitsOf(settings).magnitude);
+    core::Interval octave{-most, most};
+    if (settings.fractal == FractalKind::billow) {
+        // From the crease's bottom to the top of the largest bulge.
+        const double bulge = most * double(norms.scale);
+        const double rounding = double(kCreaseRounding);
+        octave = {
+            std::sqrt(rounding) - double(norms.billowMean),
+            std::sqrt(bulge * bulge + rounding) - double(norms.billowMean)};
+    } else if (settings.fractal == FractalKind::ridged) {
+        octave = {-double(norms.ridgeMean), 1 - double(norms.ridgeMean)};
+    }
+    // An octave may be filtered away, and ridges may not be carried.
+    octave = {std::min(octave.low, 0.0), std::max(octave.high, 0.0)};
+    core::Interval sum{0, 0};
+    double amplitude = settings.amplitude;
+    for (int i = 0; i < settings.octaves; ++i) {
+        const core::Interval scaled = product(octave, {amplitude, amplitude});
+        sum = {sum.low + scaled.low, sum.high + scaled.high};
+        amplitude *= settings.gain;
+    }
+    return sum;
+}
+
 double reachOf(const OctaveSettings& settings)
 {
-    const NoiseLimits& limits = settings.plane ? kPlaneNoise : kSpaceNoise;
-    return double(limits.magnitude) * sumOfAmplitudes(settings);
+    return magnitude(rangeOf(settings)).high;
 }
 
 Items lowered(const Node& node)
 {
     return Lowering().run(node);
+}
+
+bool fits(const Node& node)
+{
+    return !lowered(node).areTooMany;
 }
 
 } // namespace isofront::fields::graph

@@ -22,16 +22,19 @@ struct Item {
 struct Items {
     std::vector<Item> items;
     std::uint32_t result = 0;
+    bool areTooMany = false; ///< more than kMostNodes: then this is not the whole graph
 };
 
 Items lowered(const Node& node);
 
-/// How far a sum of octaves can be from zero, per unit of each one's amplitude.
+/// What octaves put together stay within.
+core::Interval rangeOf(const OctaveSettings& settings);
+
+/// How far they can be from zero.
 double reachOf(const OctaveSettings& settings);
 
-/// Ridges are made from noise scaled by the first; the second is the mean of the squared crest over
-/// the plane, measured.
-inline constexpr float kRidgeScale = 2.2F;
-inline constexpr float kRidgeMean = 0.4F;
+/// The limits of one octave's noise.
+NoiseLimits limitsOf(const OctaveSettings& settings);
+FractalNorms normsOf(const OctaveSettings& settings);
 
 } // namespace isofront::fields::graph

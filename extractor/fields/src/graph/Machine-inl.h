@@ -372,31 +372,47 @@ HWY_INLINE Range curved(const CurveSpan& curve, const Range& a)
 
 // ---- Noise --------------------------------------------------------------------------------------
 
+/// A kind of noise as a function: programs say which while they run.
 template <typename N, typename Octave>
-HWY_INLINE N ridged(
+using NoiseCall = N (*)(const Octave&, const Point<N>&);
+
+template <typename N, typename Octave>
+HWY_INLINE NoiseCall<N, Octave> noiseOf(NoiseKind kind)
+{
+    switch (kind) {
+    case NoiseKind::value:
+        return &calledNoise<NoiseKind::value, N, Octave>;
+    case NoiseKind::gradient:
+        break;
+    case NoiseKind::simplex:
+        return &calledNoise<NoiseKind::simplex, N, Octave>;
+    case NoiseKind::cellular:
+        return &calledNoise<NoiseKind::cellular, N, Octave>;
+    case NoiseKind::border:
+        return &calledNoise<NoiseKind::border, N, Octave>;
+    }
+    return &calledNoise<NoiseKind::gradient, N, Octave>;
+}
+
+/// The same as fractalSum of a kind and norms that are known beforehand.
+template <FractalKind kFractal, typename N, typename Octave>
+HWY_INLINE N putTogether(
+    NoiseCall<N, Octave> call,
     const Octave* octaves,
     std::size_t count,
-    float scale,
-    float mean,
-    float carry,
+    const FractalNorms& norms,
     const Point<N>& p,
     const Radius& radius)
 {
-    constexpr float kSharpness = 0.004F;
-    N height = fromConstant<N>(0.0F);
-    N carrier = fromConstant<N>(1.0F);
+    FractalSum<kFractal, N> fractal{fromConstant<N>(0.0F), fromConstant<N>(1.0F)};
     for (std::size_t i = 0; i < count; ++i) {
         const N factor = weight<N>(radius, octaves[i].filterCycles);
-        // Higher octaves are filtered away as well, in the same lanes.
+        // Shorter waves are filtered away as well, in the same lanes.
         if (vanishes(factor))
             break;
-        const N noise = noiseAt(octaves[i], p) * scale;
-        const N crest = 1.0F - root(squared(noise) + kSharpness);
-        const N signal = squared(most(crest, fromConstant<N>(0.0F)));
-        height = height + (signal - mean) * carrier * factor * octaves[i].amplitude;
-        carrier = smoothStep(signal * carry * carrier, 0.0F, 1.0F);
+        fractal.add(call(octaves[i], p), octaves[i].amplitude, factor, norms);
     }
-    return height;
+    return chained(fractal.sum, p);
 }
 
 template <typename N>
@@ -418,7 +434,8 @@ HWY_INLINE N detailed(
         const N near = open * weight<N>(radius, octave.noise.filterCycles);
         if (vanishes(near))
             continue;
-        value = value + noiseAt(octave.noise, p) * octave.noise.amplitude * near * strength;
+        const N noise = chained(noiseOf<N, SpaceOctave>(octave.kind)(octave.noise, p), p);
+        value = value + noise * octave.noise.amplitude * near * strength;
     }
     return value;
 }
@@ -590,17 +607,11 @@ private:
                 return weighted<N>(radiusOf(frame(i.frame), lane), n0);
             });
             break;
-        case Op::fractal:
+        case Op::noise:
             if (i.plane)
-                fractal(i, active, _program.planeOctaves.data() + i.first);
+                noise(i, active, _program.planeOctaves.data() + i.first);
             else
-                fractal(i, active, _program.spaceOctaves.data() + i.first);
-            break;
-        case Op::ridges:
-            if (i.plane)
-                ridges(i, active, _program.planeOctaves.data() + i.first);
-            else
-                ridges(i, active, _program.spaceOctaves.data() + i.first);
+                noise(i, active, _program.spaceOctaves.data() + i.first);
             break;
         case Op::source:
             source(i, active);
@@ -677,32 +688,28 @@ private:
     }
 
     template <typename Octave>
-    HWY_NOINLINE void
-    fractal(const Instruction& i, std::uint64_t active, const Octave* octaves) const
+    void noise(const Instruction& i, std::uint64_t active, const Octave* octaves) const
     {
-        each(i, active, [&](std::size_t lane) HWY_ATTR {
-            const FrameBlock& f = frame(i.frame);
-            return outward(
-                fractalSum(octaves, i.count, pointOf<N>(f, lane), radiusOf(f, lane)), i.slack);
-        });
+        switch (i.fractal) {
+        case FractalKind::brownian:
+            return noise<FractalKind::brownian>(i, active, octaves);
+        case FractalKind::ridged:
+            return noise<FractalKind::ridged>(i, active, octaves);
+        case FractalKind::billow:
+            return noise<FractalKind::billow>(i, active, octaves);
+        }
     }
 
-    template <typename Octave>
-    HWY_NOINLINE void
-    ridges(const Instruction& i, std::uint64_t active, const Octave* octaves) const
+    template <FractalKind kFractal, typename Octave>
+    HWY_NOINLINE void noise(const Instruction& i, std::uint64_t active, const Octave* octaves) const
     {
+        const NoiseCall<N, Octave> call = noiseOf<N, Octave>(i.kind);
         each(i, active, [&](std::size_t lane) HWY_ATTR {
             const FrameBlock& f = frame(i.frame);
             const Point<N> p = pointOf<N>(f, lane);
             return outward(
-                ridged(
-                    octaves,
-                    i.count,
-                    i.numbers[1],
-                    i.numbers[2],
-                    i.numbers[0],
-                    p,
-                    radiusOf(f, lane)),
+                putTogether<kFractal, N, Octave>(
+                    call, octaves, i.count, i.norms, p, radiusOf(f, lane)),
                 i.slack);
         });
     }
@@ -874,10 +881,19 @@ public:
         hn::Store(radius.low, f, world.radius[0]);
         hn::Store(radius.high, f, world.radius[1]);
         _machine.run(1);
-        return _machine.result(0);
+        return allWhereUnknown(_machine.result(0));
     }
 
 private:
+    /// Ends beyond all numbers may come to differences without meaning.
+    static HWY_INLINE Range allWhereUnknown(const Range& n)
+    {
+        const Floats most = constant(std::numeric_limits<float>::max());
+        return {
+            hn::IfThenElse(hn::IsNaN(n.low), hn::Neg(most), n.low),
+            hn::IfThenElse(hn::IsNaN(n.high), most, n.high)};
+    }
+
     Machine<Range> _machine;
 };
 

@@ -12,8 +12,7 @@ enum class Op : std::uint8_t {
     constant,     ///< numbers[0]
     position,     ///< coordinate number `which`
     filterWeight, ///< of the wavelength numbers[0]
-    fractal,
-    ridges, ///< numbers[0]: carry
+    noise,
     source,
     sum,
     difference,

@@ -27,9 +27,12 @@ enum class Test : std::uint8_t {
 /// group was not. So a lane's result never depends on its neighbours.
 struct Instruction {
     Op op = Op::constant;
-    Test test = Test::below;  ///< of guard and keep
-    std::uint8_t axis = 0;    ///< of position
-    bool plane = false;       ///< the octaves are in the plane
+    Test test = Test::below; ///< of guard and keep
+    std::uint8_t axis = 0;   ///< of position
+    bool plane = false;      ///< the octaves are in the plane
+    NoiseKind kind = NoiseKind::gradient;
+    FractalKind fractal = FractalKind::brownian;
+    FractalNorms norms = {};
     std::uint32_t target = 0; ///< register, or frame
     std::uint32_t a = 0;      ///< registers
     std::uint32_t b = 0;
@@ -46,6 +49,7 @@ struct Instruction {
 /// Octaves of detail, and what is still to come.
 struct DetailOctave {
     SpaceOctave noise;
+    NoiseKind kind;
     /// The most by which this octave and all later ones can move a value.
     float remaining;
 };

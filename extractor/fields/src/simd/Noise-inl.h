@@ -208,7 +208,7 @@ struct FractalSum {
             const N crest = 1.0F - creased(noise * norms.scale);
             const N signal = squared(most(crest, fromConstant<N>(0.0F)));
             sum = sum + (signal - norms.ridgeMean) * carrier * amplitude * factor;
-            carrier = smoothStep(signal * kRidgeCarry * carrier, 0.0F, 1.0F);
+            carrier = smoothStep(signal * norms.carry * carrier, 0.0F, 1.0F);
         }
     }
 };

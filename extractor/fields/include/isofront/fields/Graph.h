@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/fields/Field.h>
+#include <isofront/fields/Noise.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -11,9 +12,9 @@
 /// Fields put together from nodes: noise, arithmetic, joins and warps.
 ///
 ///     using namespace isofront::fields::graph;
-///     const Node hills = fractal({.wavelength = 900, .octaves = 6, .amplitude = 120, .plane =
+///     const Node hills = noise({.wavelength = 900, .octaves = 6, .amplitude = 120, .plane =
 ///     true}); const Node ground = hills - position(Axis::z); auto field =
-///     graphField(smoothMax(ground, 40.0 - length(0, 0, 200), 10), {.seed = 7});
+///     graphField(smoothMax(ground, 40.0 - distance(0, 0, 200), 10), {.seed = 7});
 ///
 /// A node stands for a function of place and filter radius. What it does to the filter is said with
 /// each: noise is band-limited octave by octave, by the weights of `OctaveSettings`; all other
@@ -44,32 +45,33 @@ private:
 /// A coordinate of the place [field]. In double until it is used, then in float.
 Node position(Axis axis);
 
-/// Octaves of gradient noise, from long waves to short ones.
+/// Octaves of noise, from long waves to short ones.
 struct OctaveSettings {
+    NoiseKind kind = NoiseKind::gradient;
+    FractalKind fractal = FractalKind::brownian;
     double wavelength = 1;    ///< of the first octave [field], > 0
     int octaves = 1;          ///< 0 to 32
     double amplitude = 1;     ///< factor on the noise of the first octave
     double lacunarity = 2.03; ///< frequency of an octave over that of the one before, >= 1
     double gain = 0.5;        ///< amplitude of an octave over that of the one before
     double stretch = 1;     ///< in space: how much shorter waves are along z; above 1 makes strata
+    double carry = 4;       ///< of ridges: how soon they carry further ridges; higher is rougher
     bool plane = false;     ///< noise over the plane of x and y, the same at every z
     bool filtered = true;   ///< false: the same at any radius, for noise that places other things
     std::uint64_t seed = 0; ///< nodes of the same settings but another seed have different noise
 };
 
-/// A sum of octaves (fractal Brownian motion).
+/// Octaves of noise put together: a plain sum, ridges or billows.
 ///
 /// An octave of frequency f carries the weight exp(-(kappa f r)^2) at filter radius r (Scholz et
-/// al., eq. 2 and 3); where it is zero, from kappa f r = 3 on, the octave costs nothing.
-Node fractal(const OctaveSettings& settings);
-
-/// Ridges: each octave is sharp where its noise is zero, and only ridges carry further ridges, so
-/// that valleys stay smooth.
-/// Source: Musgrave, Kolb, Mace, "The synthesis and rendering of eroded fractal terrains" (1989),
-/// and Musgrave's ridged multifractal in "Texturing and Modeling". Differs: an octave is taken
-/// about its mean, so that the filter takes its shape away and leaves the height.
-/// @param carry  how soon ridges carry further ridges: higher is rougher
-Node ridges(const OctaveSettings& settings, double carry);
+/// al., eq. 2 and 3); where it is zero, from kappa f r = 3 on, the octave costs nothing. Octaves of
+/// ridges and billows are taken about their mean, so that the filter takes their shape away and
+/// leaves the height.
+///
+/// Source of ridges: Musgrave, Kolb, Mace, "The synthesis and rendering of eroded fractal terrains"
+/// (1989), and Musgrave's ridged multifractal in "Texturing and Modeling": only ridges carry
+/// further ridges, so that valleys stay smooth.
+Node noise(const OctaveSettings& settings);
 
 /// The weight of a wave of the given length [field] at the place's filter radius: 1 unfiltered, 0
 /// where the wave is filtered away. A factor on whatever has that size.
@@ -124,7 +126,8 @@ Node placed(const Node& node, double x, double y, double z, double scale = 1);
 
 /// Adds octaves of detail to something like a distance. An octave is faded out where the value is
 /// so far from zero that this and all later octaves can't change its sign: there it costs nothing.
-/// @param layers    sets of octaves; they are applied from the strongest octave to the weakest
+/// @param layers    sets of octaves in space, plain sums; they are applied from the strongest
+/// octave to the weakest
 /// @param strength  a factor on all of them, from 0 to 1
 /// @param reserve   how far nodes that come later may still move the value
 Node detail(
@@ -150,6 +153,8 @@ Node tunnels(const Node& solid, const TunnelSettings& settings);
 
 /// How many nodes a graph may have, after what is used twice has been joined.
 inline constexpr std::size_t kMostNodes = 4096;
+/// True if the graph has no more than that; what is used within two warps counts twice.
+bool fits(const Node& node);
 
 struct GraphSettings {
     std::uint64_t seed = 1;    ///< changes all noise

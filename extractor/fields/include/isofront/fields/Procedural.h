@@ -22,7 +22,7 @@ struct ProceduralSource {
     glm::dvec3 target{0}; ///< what to look at from there [field]
 };
 
-/// One parameter of a source: a number within a range, or one of some words.
+/// One parameter of a source: a number within a range, one of some words, or a file.
 struct ProceduralParameter {
     std::string name;
     std::string description;
@@ -31,6 +31,7 @@ struct ProceduralParameter {
     double most = 0;
     bool whole = false;               ///< only whole numbers
     std::vector<std::string> choices; ///< if not empty, the value is one of these
+    std::string fileSuffix;           ///< if not empty, the path of a file of this kind will do too
 };
 
 struct ProceduralDescription {
@@ -43,7 +44,7 @@ struct ProceduralDescription {
 const std::vector<ProceduralDescription>& proceduralSources();
 
 /// Makes a source by name. Parameters that are not given have their defaults; an unknown name,
-/// parameter or value is a usage error that says which there are.
+/// parameter or value is a usage error that says which there are. For files see graph::readPreset.
 core::Result<ProceduralSource>
 makeProcedural(const std::string& name, const std::map<std::string, std::string>& parameters);
 
