@@ -81,5 +81,14 @@ std::vector<FmaRate> fmaRates()
     return rates;
 }
 
+void withInstructionSet(const std::string& name, const std::function<void()>& work)
+{
+    for (const auto target : hwy::SupportedAndGeneratedTargets())
+        if (name == hwy::TargetName(target))
+            hwy::SetSupportedTargetsForTest(target);
+    work();
+    hwy::SetSupportedTargetsForTest(0);
+}
+
 } // namespace isofront::bench
 #endif

@@ -26,6 +26,9 @@ const std::vector<Suite>& suites()
         {"hilbert", "What is the order of triangles worth to a vertex cache?", runHilbert},
         {"volumes", "How fast and how good are meshes of volume files?", runVolumes},
         {"bounds", "How many of the empty cells are never sampled?", runBounds},
+        {"noise",
+         "How fast is noise with each instruction set, against the machine's multiply-adds?",
+         runNoise},
     };
     return all;
 }

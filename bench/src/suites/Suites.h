@@ -12,6 +12,7 @@ SuiteResult runGrowth(const Context& context);
 SuiteResult runHilbert(const Context& context);
 SuiteResult runKappa(const Context& context);
 SuiteResult runLattice(const Context& context);
+SuiteResult runNoise(const Context& context);
 SuiteResult runNormals(const Context& context);
 SuiteResult runPixelError(const Context& context);
 SuiteResult runSimplify(const Context& context);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace isofront::fields {
 
@@ -52,6 +53,15 @@ public:
     {
         gradientFractal(_program, batch, values, gradients);
     }
+    void sampleGrid(const SampleGrid& grid, std::span<float> values) const override
+    {
+        if (!_program.plane.empty())
+            samplePlanes(grid, values);
+        else if (hasCoherentGrid(_program, grid))
+            gridFractal(_program, grid, values);
+        else
+            Field::sampleGrid(grid, values);
+    }
     core::Interval bounds(const core::Box& box, core::Interval radius) const override
     {
         return boundFractal(_program, box, radius);
@@ -62,6 +72,19 @@ public:
     }
 
 private:
+    /// Noise over the plane is the same in every slice.
+    void samplePlanes(const SampleGrid& grid, std::span<float> values) const
+    {
+        if (grid.size() == 0)
+            return;
+        SampleGrid slice = grid;
+        slice.count.z = 1;
+        const std::size_t size = slice.size();
+        Field::sampleGrid(slice, values.first(size));
+        for (std::size_t begin = size; begin < grid.size(); begin += size)
+            std::ranges::copy(values.first(size), values.begin() + std::ptrdiff_t(begin));
+    }
+
     FractalProgram _program;
     double _shortest; // [field]
 };

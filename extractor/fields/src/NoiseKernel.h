@@ -27,6 +27,11 @@ void gradientFractal(
     const SampleBatch& batch,
     std::span<float> values,
     const GradientSpans& gradients);
+/// True if the sum over the grid can share work between samples: value and gradient noise in space,
+/// on a grid whose coordinates doubles can tell apart.
+bool hasCoherentGrid(const FractalProgram& program, const SampleGrid& grid);
+/// The sum over such a grid, to within rounding as `sampleFractal` gives it.
+void gridFractal(const FractalProgram& program, const SampleGrid& grid, std::span<float> values);
 core::Interval
 boundFractal(const FractalProgram& program, const core::Box& box, const core::Interval& radius);
 

@@ -32,6 +32,11 @@ struct FmaRate {
 /// about 50 ms for each. Thread: one at a time.
 std::vector<FmaRate> fmaRates();
 
+/// Runs something with only the named instruction set allowed, whatever the machine has: the SIMD
+/// code of all modules obeys. The name must be one of `fmaRates()`. Thread: one at a time, and none
+/// that samples fields meanwhile.
+void withInstructionSet(const std::string& name, const std::function<void()>& work);
+
 /// Who measured: what a reader needs to compare with a machine of their own.
 struct Machine {
     std::string processor;
