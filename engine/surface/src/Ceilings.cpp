@@ -81,8 +81,10 @@ void Surface::Impl::watchCells()
         _cellsWhenCoarsened = _options.maxCells;
         return;
     }
-    if (_refinement.isSettled() || _trial == Trial::waiting) // which has only grown
+    if (_trial == Trial::waiting) // so it has only grown
         _control.coarsen();
+    else if (_refinement.isSettled())
+        _control.coarsenOnSuspicion(1);
     else if (cells > _cellsWhenCoarsened + _options.maxCells / 16)
         _control.coarsenOnSuspicion(kBoldSteps);
     else
@@ -103,7 +105,12 @@ void Surface::Impl::watchCeilings()
     const bool isOver = !_blocked.empty() || others > _options.maxBytes;
     if (isOver) {
         if (_merges == 0 && !_control.isAtItsEnd()) { // merges would make room
-            _control.coarsen();
+            // What hysteresis and history have left may be too much where the front built from
+            // nothing isn't: only a trial proves that. Memory is as it is.
+            if (others > _options.maxBytes)
+                _control.coarsen();
+            else
+                _control.coarsenOnSuspicion(1);
             renewCriterion();
         }
         return;

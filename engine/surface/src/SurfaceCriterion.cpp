@@ -110,10 +110,11 @@ bool WhereSurface::provesEmpty(const hierarchy::Diamond& diamond) const
 
 double WhereSurface::judge(const hierarchy::Diamond& diamond, hierarchy::DiamondState state) const
 {
-    if (diamond.level >= _maxLevel)
-        return hierarchy::kNever;
     const double distance = _criterion->refineDistance(diamond, state);
-    return distance > 0 && provesEmpty(diamond) ? hierarchy::kNever : distance;
+    // the finest, too, are asked for their bounds, which another isovalue is tested against
+    if (distance > 0 && (provesEmpty(diamond) || diamond.level >= _maxLevel))
+        return hierarchy::kNever;
+    return distance;
 }
 
 hierarchy::ErrorEstimate errorEstimate(
