@@ -2,6 +2,10 @@
 
 #include <isofront/core/Assert.h>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -17,15 +21,18 @@ double shrunk(int level)
 
 } // namespace
 
-DistanceCriterion::DistanceCriterion(double domainEdge, double strength)
-    : _reach(domainEdge * strength)
+DistanceCriterion::DistanceCriterion(double domainEdge, double strength, double base)
+    : _reach(domainEdge * strength), _base(base)
 {
     ISOFRONT_ASSERT(_reach > 0, "the domain's edge and the strength must be positive");
+    ISOFRONT_ASSERT(_base > 0 && _base < 1, "the base must lie between 0 and 1");
 }
 
-double DistanceCriterion::refineDistance(const Diamond& diamond) const
+double DistanceCriterion::judge(const Diamond& diamond, DiamondState) const
 {
-    return _reach * shrunk(diamond.level);
+    // the default base by the law that all lengths of a level follow, to the last bit
+    return _reach *
+           (_base == kConstantSize ? shrunk(diamond.level) : std::pow(_base, diamond.level));
 }
 
 double DistanceCriterion::strengthFor(int latticeSize, double pixelsPerUnit, double pixels)
@@ -40,10 +47,46 @@ ProjectedErrorCriterion::ProjectedErrorCriterion(
     ISOFRONT_ASSERT(_unitsPerError > 0, "pixels must be positive");
 }
 
-double ProjectedErrorCriterion::refineDistance(const Diamond& diamond) const
+double ProjectedErrorCriterion::judge(const Diamond& diamond, DiamondState state) const
 {
-    const double error = _estimate(diamond);
+    const double error = _estimate(diamond, state);
     return error > 0 ? error * _unitsPerError : kNever;
+}
+
+FocusCriterion::FocusCriterion(const Domain& domain, Focus focus, ErrorEstimate estimate)
+    : _domain(domain), _focus(focus), _estimate(std::move(estimate)),
+      _stretch(domain.worldFromField.stretch())
+{
+    ISOFRONT_ASSERT(!focus.box.isEmpty() && focus.radius >= 0, "a focus is a place");
+    ISOFRONT_ASSERT(focus.error > 0 && focus.falloff >= 0, "no error at all can't be reached");
+}
+
+double FocusCriterion::judge(const Diamond& diamond, DiamondState state) const
+{
+    if (diamond.level >= _focus.maxLevel)
+        return kNever;
+    const glm::dvec3 centre =
+        _domain.worldFromField.point(_domain.fieldFromLattice(diamond.centre));
+    const glm::dvec3 nearest = glm::clamp(centre, _focus.box.low, _focus.box.high);
+    const double radius = diamond.radius() * _domain.latticeUnit() * _stretch;
+    const double distance = std::max(0.0, glm::distance(centre, nearest) - radius - _focus.radius);
+    if (distance > 0 && _focus.falloff == 0)
+        return kNever;
+    return _estimate(diamond, state) > _focus.error + _focus.falloff * distance ? kAlways : kNever;
+}
+
+double AnyCriterion::judge(const Diamond& diamond, DiamondState state) const
+{
+    double furthest = kNever;
+    for (const CriterionPointer& criterion : _criteria)
+        furthest = std::max(furthest, criterion->refineDistance(diamond, state));
+    return furthest;
+}
+
+double BiasedCriterion::judge(const Diamond& diamond, DiamondState state) const
+{
+    const double distance = _criterion->refineDistance(diamond, state);
+    return distance > 0 && distance < kAlways ? distance * _bias(diamond) : distance;
 }
 
 double longestLatticeEdge(int level, int latticeSize)

@@ -37,6 +37,16 @@ bool Front::hasCell(const CellId& id) const
     return node != nullptr && (unsigned{node->present} >> id.index & 1U) != 0;
 }
 
+DiamondState Front::stateOf(const LatticePoint& diamond) const
+{
+    const Node* node = _nodes.find(diamond);
+    if (node == nullptr)
+        return {0, false};
+    if (node->split)
+        return {tetrahedraOf(Diamond(diamond)).mask(), true};
+    return {node->present, false};
+}
+
 bool Front::isMergeable(const LatticePoint& diamond) const
 {
     if (!isSplit(diamond))
@@ -121,6 +131,14 @@ std::vector<FrontDiamond> Front::diamondsWithCells() const
         if (entry.second.present != 0)
             diamonds.push_back({entry.first, entry.second.present});
     });
+    return diamonds;
+}
+
+std::vector<LatticePoint> Front::diamonds() const
+{
+    std::vector<LatticePoint> diamonds;
+    diamonds.reserve(_nodes.size());
+    forEachDiamond([&](const LatticePoint& centre) { diamonds.push_back(centre); });
     return diamonds;
 }
 

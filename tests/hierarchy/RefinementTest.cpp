@@ -203,7 +203,7 @@ TEST(ProjectedErrorCriterion, refinesUntilTheProjectedErrorIsSmallAndNeverWhereT
     View view = viewFrom({0.5, 0.5, -1.0});
     const double pixels = 2.0;
     // a surface in the lower half only, whose error is a tenth of the cell's size
-    const auto estimate = [](const Diamond& diamond) {
+    const auto estimate = [](const Diamond& diamond, DiamondState) {
         return diamond.centre.x < kLatticeEdge / 2 ? 0.1 * std::exp2(-diamond.level / 3.0) : 0.0;
     };
     Refinement refinement(

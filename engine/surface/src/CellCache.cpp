@@ -10,22 +10,39 @@ std::size_t CellCache::bytesOf(const Entry& entry)
     return entry.mesh->bytes() + sizeof(Entry) + 8 * sizeof(void*);
 }
 
-void CellCache::insert(const hierarchy::CellId& id, CellMeshPointer mesh)
+void CellCache::insert(const MeshKey& key, CellMeshPointer mesh)
 {
-    take(id);
-    _entries.push_front({id, std::move(mesh)});
-    _found[id] = _entries.begin();
+    take(key);
+    _entries.push_front({key, std::move(mesh)});
+    _found[key] = _entries.begin();
     _bytes += bytesOf(_entries.front());
+    shrink();
+}
+
+CellMeshPointer CellCache::find(const MeshKey& key) const
+{
+    const auto found = _found.find(key);
+    return found == _found.end() ? nullptr : found->second->mesh;
+}
+
+void CellCache::setCapacity(std::size_t bytes)
+{
+    _capacity = bytes;
+    shrink();
+}
+
+void CellCache::shrink()
+{
     while (_bytes > _capacity) {
         _bytes -= bytesOf(_entries.back());
-        _found.erase(_entries.back().id);
+        _found.erase(_entries.back().key);
         _entries.pop_back();
     }
 }
 
-CellMeshPointer CellCache::take(const hierarchy::CellId& id)
+CellMeshPointer CellCache::take(const MeshKey& key)
 {
-    const auto found = _found.find(id);
+    const auto found = _found.find(key);
     if (found == _found.end())
         return nullptr;
     const auto entry = found->second;

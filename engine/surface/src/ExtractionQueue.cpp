@@ -71,6 +71,19 @@ std::vector<ExtractionQueue::Finished> ExtractionQueue::takeFinished()
     return std::exchange(_finished, {});
 }
 
+void ExtractionQueue::restart(std::shared_ptr<const extractor::CellExtractor> extractor)
+{
+    const std::lock_guard lock(_mutex);
+    for (auto& [id, entry] : _entries)
+        if (entry.cancelled)
+            entry.cancelled->store(true, std::memory_order_relaxed);
+    _entries.clear();
+    _queue = {};
+    _finished.clear();
+    _extractor = std::move(extractor);
+    ++_generation;
+}
+
 std::size_t ExtractionQueue::pending() const
 {
     const std::lock_guard lock(_mutex);
@@ -104,11 +117,14 @@ void ExtractionQueue::work()
         found->second.running = true;
         found->second.cancelled = std::make_shared<std::atomic<bool>>(false);
         const std::shared_ptr<std::atomic<bool>> cancelled = found->second.cancelled;
+        const std::shared_ptr<const extractor::CellExtractor> extractor = _extractor;
+        const std::uint64_t generation = _generation;
 
         lock.unlock();
-        auto mesh =
-            _extractor->extract(hierarchy::tetrahedronOf(next.id), nullptr, cancelled.get());
+        auto mesh = extractor->extract(hierarchy::tetrahedronOf(next.id), nullptr, cancelled.get());
         lock.lock();
+        if (generation != _generation)
+            continue;
 
         Entry& entry = _entries.at(next.id);
         if (entry.wanted && !mesh) {

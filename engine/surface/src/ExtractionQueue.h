@@ -45,6 +45,9 @@ public:
     /// Takes requests back. Work that has begun on them is abandoned at the next step.
     void cancel(const std::vector<hierarchy::CellId>& ids);
     std::vector<Finished> takeFinished();
+    /// Forgets everything, what is finished included, and goes on with another extractor. Doesn't
+    /// wait for what is running, which is abandoned.
+    void restart(std::shared_ptr<const extractor::CellExtractor> extractor);
     /// Requested and not finished.
     [[nodiscard]] std::size_t pending() const;
 
@@ -73,6 +76,7 @@ private:
     std::priority_queue<Queued> _queue; ///< entries that don't match `_entries` are stale
     std::vector<Finished> _finished;
     std::size_t _workers = 0;
+    std::uint64_t _generation = 0; ///< counts the restarts
 };
 
 } // namespace isofront::surface

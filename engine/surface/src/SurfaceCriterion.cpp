@@ -1,6 +1,10 @@
 #include "isofront/surface/SurfaceCriterion.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 namespace isofront::surface {
 
@@ -8,6 +12,9 @@ namespace {
 
 /// More diamonds than any front holds; beyond it the memory is given back and filled anew.
 constexpr std::size_t kMostKnown = std::size_t{1} << 20U;
+
+/// What a node of a map takes beside its entry [bytes].
+constexpr std::size_t kMapNode = 3 * sizeof(void*);
 
 } // namespace
 
@@ -32,41 +39,150 @@ core::Box boxOf(const hierarchy::Diamond& diamond, const hierarchy::Domain& doma
     return box;
 }
 
-double WhereSurface::refineDistance(const hierarchy::Diamond& diamond) const
+const extractor::BoxBounds&
+DiamondBounds::of(const hierarchy::Diamond& diamond, const extractor::CellExtractor& extractor)
 {
-    const double distance = _criterion->refineDistance(diamond);
-    return distance > 0 && provesEmpty(diamond) ? hierarchy::kNever : distance;
+    if (const auto found = _known.find(diamond.centre); found != _known.end())
+        return found->second;
+    if (_known.size() >= kMostKnown)
+        _known.clear();
+    const core::Box box = boxOf(diamond, extractor.domain());
+    return _known.emplace(diamond.centre, extractor.boundsOf(box)).first->second;
+}
+
+const extractor::BoxBounds* DiamondBounds::find(const hierarchy::LatticePoint& centre) const
+{
+    const auto found = _known.find(centre);
+    return found == _known.end() ? nullptr : &found->second;
+}
+
+std::size_t DiamondBounds::bytes() const
+{
+    return _known.size() * (sizeof(decltype(_known)::value_type) + kMapNode);
+}
+
+void MeasuredErrors::record(
+    const hierarchy::CellId& id, const extractor::CellMesh& mesh, double stretch)
+{
+    double error = double(mesh.stats.errorRms) * stretch;
+    if (mesh.indices.empty())
+        error = mesh.stats.provedEmpty ? 0.0 : std::numeric_limits<double>::infinity();
+    if (_known.size() >= kMostKnown)
+        _known.clear();
+    const auto [entry, isNew] = _known.try_emplace(id.spine);
+    if (isNew)
+        entry->second.fill(std::numeric_limits<float>::quiet_NaN());
+    entry->second[id.index] = static_cast<float>(error);
+}
+
+bool MeasuredErrors::isKnown(const hierarchy::CellId& id) const
+{
+    const auto found = _known.find(id.spine);
+    return found != _known.end() && !std::isnan(found->second[id.index]);
+}
+
+MeasuredErrors::Error
+MeasuredErrors::of(const hierarchy::LatticePoint& centre, std::uint8_t cells) const
+{
+    const auto found = _known.find(centre);
+    if (found == _known.end())
+        return {0, cells == 0};
+    Error error{0, true};
+    for (unsigned left = cells; left != 0; left &= left - 1) {
+        const double one = double(found->second[static_cast<std::size_t>(std::countr_zero(left))]);
+        if (std::isnan(one))
+            error.complete = false;
+        else
+            error.largest = std::max(error.largest, one);
+    }
+    return error;
+}
+
+std::size_t MeasuredErrors::bytes() const
+{
+    return _known.size() * (sizeof(decltype(_known)::value_type) + kMapNode);
 }
 
 bool WhereSurface::provesEmpty(const hierarchy::Diamond& diamond) const
 {
-    if (const auto found = _known->find(diamond.centre); found != _known->end())
-        return found->second;
-    const bool empty = _extractor->provesEmpty(boxOf(diamond, _extractor->domain()));
-    if (_known->size() >= kMostKnown)
-        _known->clear();
-    _known->emplace(diamond.centre, empty);
-    return empty;
+    return _extractor->provesEmpty(_known->of(diamond, *_extractor));
 }
 
-std::size_t WhereSurface::bytes() const
+double WhereSurface::judge(const hierarchy::Diamond& diamond, hierarchy::DiamondState state) const
 {
-    return _known->size() * (sizeof(Known::value_type) + 3 * sizeof(void*));
+    const double distance = _criterion->refineDistance(diamond, state);
+    // the finest, too, are asked for their bounds, which another isovalue is tested against
+    if (distance > 0 && (provesEmpty(diamond) || diamond.level >= _maxLevel))
+        return hierarchy::kNever;
+    return distance;
+}
+
+hierarchy::ErrorEstimate errorEstimate(
+    const std::shared_ptr<const extractor::CellExtractor>& extractor,
+    std::shared_ptr<const MeasuredErrors> measured,
+    int measuredLevels)
+{
+    const int latticeSize = extractor->settings().latticeSize;
+    const hierarchy::Domain domain = extractor->domain();
+    if (!measured || measuredLevels <= 0)
+        return [=](const hierarchy::Diamond& diamond, hierarchy::DiamondState) {
+            return expectedError(diamond.level, latticeSize, domain);
+        };
+    const double least = hierarchy::axisStep(measuredLevels, 1) / hierarchy::axisStep(0, 1);
+    return [=, errors = std::move(measured)](
+               const hierarchy::Diamond& diamond, hierarchy::DiamondState state) {
+        const double expected = expectedError(diamond.level, latticeSize, domain);
+        const MeasuredErrors::Error known = errors->of(diamond.centre, state.cells);
+        if (!known.complete && state.split)
+            return expected;
+        return std::clamp(known.largest, expected * least, expected);
+    };
 }
 
 std::shared_ptr<const WhereSurface> viewCriterion(
     const std::shared_ptr<const extractor::CellExtractor>& extractor,
     double pixelsPerUnit,
     double pixels,
-    const WhereSurface* known)
+    const DetailSettings& settings,
+    std::shared_ptr<DiamondBounds> known,
+    std::shared_ptr<const MeasuredErrors> measured,
+    double coarser,
+    int maxLevel)
 {
-    const auto estimate = [extractor](const hierarchy::Diamond& diamond) {
-        return expectedError(diamond.level, extractor->settings().latticeSize, extractor->domain());
-    };
+    const hierarchy::Domain& domain = extractor->domain();
+    const auto estimate = errorEstimate(extractor, std::move(measured), settings.measuredLevels);
+    std::vector<hierarchy::CriterionPointer> criteria;
+    if (settings.distance)
+        criteria.push_back(std::make_shared<hierarchy::DistanceCriterion>(
+            domain.edge * domain.worldFromField.stretch(),
+            settings.distance->strength / coarser,
+            settings.distance->base));
+    else
+        criteria.push_back(std::make_shared<hierarchy::ProjectedErrorCriterion>(
+            estimate, pixelsPerUnit, pixels * coarser));
+    if (settings.bias)
+        criteria.back() =
+            std::make_shared<hierarchy::BiasedCriterion>(criteria.back(), settings.bias);
+    std::vector<hierarchy::Focus> places = settings.focus;
+    if (settings.worldError > 0) {
+        hierarchy::Focus everywhere;
+        everywhere.box = {glm::dvec3(0.0), glm::dvec3(0.0)};
+        everywhere.radius = std::numeric_limits<double>::infinity();
+        everywhere.error = settings.worldError;
+        places.push_back(everywhere);
+    }
+    for (hierarchy::Focus& focus : places) {
+        focus.error *= coarser;
+        focus.falloff *= coarser;
+        criteria.push_back(std::make_shared<hierarchy::FocusCriterion>(domain, focus, estimate));
+    }
+    // three levels halve the lattice step
+    const int finest = std::max(0, maxLevel - static_cast<int>(3 * std::log2(coarser)));
     return std::make_shared<WhereSurface>(
-        std::make_shared<hierarchy::ProjectedErrorCriterion>(estimate, pixelsPerUnit, pixels),
+        std::make_shared<hierarchy::AnyCriterion>(std::move(criteria)),
         extractor,
-        known);
+        std::move(known),
+        finest);
 }
 
 std::shared_ptr<const WhereSurface>

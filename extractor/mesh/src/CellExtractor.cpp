@@ -493,7 +493,7 @@ void CellExtractor::polish(
     }
 }
 
-bool CellExtractor::provesEmpty(const core::Box& box) const
+BoxBounds CellExtractor::boundsOf(const core::Box& box) const
 {
     const glm::dvec3 size = box.size();
     const double largest = std::max({size.x, size.y, size.z});
@@ -501,14 +501,29 @@ bool CellExtractor::provesEmpty(const core::Box& box) const
     if (_settings.filterStrength > 0)
         radius.high = _settings.filterStrength *
                       std::max(2 * largest / _settings.latticeSize, _settings.cornerRadius);
-    const Side side = sideOf(*_field, _dataBox, _settings.isovalue, box, radius);
-    if (side != Side::inside || !_settings.closed)
-        return side != Side::unknown;
+    BoxBounds bounds;
     const core::Box whole = _domain.fieldBox();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        if (box.low[axis] <= whole.low[axis] || box.high[axis] >= whole.high[axis])
-            return false;
-    return true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (_dataBox) {
+            bounds.isOutside = bounds.isOutside || box.high[axis] < _dataBox->low[axis] ||
+                               box.low[axis] > _dataBox->high[axis];
+            bounds.holdsCaps = bounds.holdsCaps || box.low[axis] < _dataBox->low[axis] ||
+                               box.high[axis] > _dataBox->high[axis];
+        }
+        if (_settings.closed)
+            bounds.holdsCaps = bounds.holdsCaps || box.low[axis] <= whole.low[axis] ||
+                               box.high[axis] >= whole.high[axis];
+    }
+    if (!bounds.isOutside)
+        bounds.values = _field->bounds(box, radius);
+    return bounds;
+}
+
+bool CellExtractor::provesEmpty(const BoxBounds& bounds) const
+{
+    const double isovalue = _settings.isovalue;
+    return bounds.isOutside || bounds.values.high < isovalue ||
+           (bounds.values.low >= isovalue && !bounds.holdsCaps);
 }
 
 } // namespace isofront::extractor

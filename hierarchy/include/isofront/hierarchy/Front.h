@@ -2,6 +2,7 @@
 
 #include <isofront/core/FlatMap.h>
 #include <isofront/hierarchy/CellId.h>
+#include <isofront/hierarchy/Criterion.h>
 #include <isofront/hierarchy/Diamond.h>
 
 #include <cstddef>
@@ -34,6 +35,8 @@ public:
     /// True if some tetrahedron of the diamond is a cell of the front, or it is split.
     [[nodiscard]] bool isKnown(const LatticePoint& diamond) const;
     [[nodiscard]] bool hasCell(const CellId& id) const;
+    /// How a diamond stands on the front; neither split nor with cells if it isn't known.
+    [[nodiscard]] DiamondState stateOf(const LatticePoint& diamond) const;
     /// True if the diamond is split and none of its children is.
     [[nodiscard]] bool isMergeable(const LatticePoint& diamond) const;
 
@@ -68,6 +71,8 @@ public:
     }
     /// The diamonds that have cells, in no promised order.
     [[nodiscard]] std::vector<FrontDiamond> diamondsWithCells() const;
+    /// The diamonds that have cells or are split, in no promised order.
+    [[nodiscard]] std::vector<LatticePoint> diamonds() const;
     /// Calls `visit(centre)` for each diamond that has cells or is split, in no promised order.
     template <typename Visit>
     void forEachDiamond(const Visit& visit) const

@@ -33,6 +33,10 @@ struct RefinementSettings {
     /// A diamond is merged only from this many times its refinement distance on. The default, one
     /// level of the hierarchy, keeps a viewer who wavers from making work.
     double hysteresis = 1.2599210498948732; // 2^(1/3)
+    /// Share of their refinement distance at which diamonds outside the picture are split, (0, 1].
+    /// What is kept for the picture is decided by a cone around it and a direction rounded to about
+    /// 5 degrees, so that small turns of the head change nothing.
+    double offScreen = 1;
 };
 
 /// Keeps a front as fine as a criterion asks for a moving viewer.
@@ -47,17 +51,23 @@ public:
     Refinement(
         Domain domain,
         std::shared_ptr<const Criterion> criterion,
-        RefinementSettings settings = {});
+        RefinementSettings settings = {},
+        Front front = {});
 
     /// Follows the viewer. A view that is not valid is refused: nothing changes, and it is counted.
     /// @return the splits and merges made, in order
     std::vector<FrontChange> update(const View& view, const RefinementBudget& budget = {});
 
-    /// Looks at everything again with another criterion.
+    /// Looks at everything again with another criterion, in the updates to come.
     void setCriterion(std::shared_ptr<const Criterion> criterion);
+    /// Looks at one diamond again: what the criterion knows of it has changed.
+    void lookAgain(const LatticePoint& diamond);
 
     /// True if the last update left nothing to do for its view.
-    [[nodiscard]] bool isSettled() const { return _hasEye && _due.empty(); }
+    [[nodiscard]] bool isSettled() const
+    {
+        return _hasView && _due.empty() && _unswept.empty() && !isWakeDue();
+    }
     [[nodiscard]] const Front& front() const { return _front; }
     [[nodiscard]] const Domain& domain() const { return _domain; }
     /// Memory held by the front and by what remembers when to look again, about [bytes].
@@ -66,7 +76,15 @@ public:
 
     /// How badly a diamond wants to be split: its refinement distance over its distance from the
     /// eye; above 1 it is to be split.
-    [[nodiscard]] double urgency(const LatticePoint& diamond) const;
+    [[nodiscard]] double urgency(const LatticePoint& diamond) const
+    {
+        return urgency(diamond, _front.stateOf(diamond));
+    }
+    /// The same as if the diamond stood otherwise on the front.
+    [[nodiscard]] double urgency(const LatticePoint& diamond, DiamondState state) const;
+    /// These take effect where diamonds are looked at from now on; see RefinementSettings.
+    void setHysteresis(double hysteresis) { _settings.hysteresis = hysteresis; }
+    void setOffScreen(double share) { _settings.offScreen = share; }
 
 private:
     struct Wake {
@@ -82,15 +100,29 @@ private:
         bool operator<(const Due& other) const { return urgency < other.urgency; }
     };
 
-    void moveTo(const glm::dvec3& eye);
-    /// Forgets all appointments and looks at everything again.
-    void startAfresh();
+    void follow(const View& view);
+    /// Begins to look at everything again.
+    void startSweep();
+    [[nodiscard]] bool isWakeDue() const
+    {
+        return !_asleep.empty() && _asleep.top().travelled <= _travelled;
+    }
+    void wakeNext();
     void test(const LatticePoint& centre, std::vector<FrontChange>& changes);
     /// Queues a diamond to be looked at as soon as the budget allows.
     void touch(const LatticePoint& centre);
     /// Lets a diamond sleep until the viewer has travelled so much further.
     void sleep(const LatticePoint& centre, double slack);
     [[nodiscard]] double distanceTo(const Diamond& diamond) const;
+    /// How far a diamond lies outside the cone of the picture, negative inside [world].
+    [[nodiscard]] double outsideBy(const Diamond& diamond) const;
+    /// How near the viewer must be to split a diamond, and how far he may travel before that
+    /// changes.
+    struct Reach {
+        double distance = 0;
+        double slack = kAlways;
+    };
+    [[nodiscard]] Reach reachOf(const Diamond& diamond, DiamondState state) const;
 
     Domain _domain;
     std::shared_ptr<const Criterion> _criterion;
@@ -98,8 +130,11 @@ private:
     double _stretch;
     Front _front;
     glm::dvec3 _eye{0.0};
-    bool _hasEye = false;
-    double _travelled = 0; ///< length of the viewer's path so far [world]
+    bool _hasView = false;
+    glm::dvec3 _direction{0.0};         ///< of the picture's cone, rounded
+    double _cone = 0;                   ///< its half angle [radians]
+    std::vector<LatticePoint> _unswept; ///< what was on the front when the sweep began
+    double _travelled = 0;              ///< length of the viewer's path so far [world]
     std::priority_queue<Wake> _asleep;
     std::priority_queue<Due> _due;
     /// When each known diamond wakes, or kDueNow: entries of the queues that differ are stale.

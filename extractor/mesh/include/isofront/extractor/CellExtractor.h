@@ -98,6 +98,13 @@ struct CellTrace {
     double normalSeconds = 0;
 };
 
+/// What bounds say about a box, whatever the isovalue.
+struct BoxBounds {
+    core::Interval values;  ///< of the field
+    bool isOutside = false; ///< of the data: nothing can be there
+    bool holdsCaps = false; ///< a border at which the surface ends or is closed passes through
+};
+
 /// Extracts the surface in single cells, each on its own, so that the cells of any conforming front
 /// fit together to the last bit.
 ///
@@ -136,7 +143,13 @@ public:
 
     /// True if the field's bounds prove that no triangle can arise in a box [field], for any filter
     /// radius up to that of a cell as large as the box.
-    [[nodiscard]] bool provesEmpty(const core::Box& box) const;
+    [[nodiscard]] bool provesEmpty(const core::Box& box) const
+    {
+        return provesEmpty(boundsOf(box));
+    }
+    /// The same in two steps: what is asked of the field once serves every isovalue.
+    [[nodiscard]] BoxBounds boundsOf(const core::Box& box) const;
+    [[nodiscard]] bool provesEmpty(const BoxBounds& bounds) const;
 
     [[nodiscard]] const hierarchy::Domain& domain() const { return _domain; }
     [[nodiscard]] const fields::Field& field() const { return *_field; }

@@ -1,0 +1,173 @@
+#include "WholeSurface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace isofront::surface {
+
+namespace {
+
+/// Cells that a worker takes at a time, so that neighbours share what is in its cache.
+constexpr std::size_t kBlock = 16;
+
+/// Merges the finest places until there are so many times fewer cells as a surface that is coarser
+/// by so many levels would have.
+void coarsen(hierarchy::Front& front, int levels)
+{
+    const double most = static_cast<double>(front.cellCount()) * std::exp2(-2.0 / 3.0 * levels);
+    while (static_cast<double>(front.cellCount()) > std::max(most, 6.0)) {
+        std::vector<hierarchy::LatticePoint> finest;
+        front.forEachDiamond([&](const hierarchy::LatticePoint& centre) {
+            if (front.isMergeable(centre))
+                finest.push_back(centre);
+        });
+        for (const hierarchy::LatticePoint& centre : finest)
+            front.merge(centre);
+    }
+}
+
+/// The cells of each diamond are a step of their own: each replaces itself.
+std::vector<DeltaStep> stepsByDiamond(const Delta& delta)
+{
+    std::vector<DeltaStep> steps;
+    auto gone = delta.removed.begin();
+    auto come = delta.added.begin();
+    while (gone != delta.removed.end() || come != delta.added.end()) {
+        DeltaStep step;
+        step.diamond = come == delta.added.end() ||
+                               (gone != delta.removed.end() && gone->spine < come->id.spine)
+                           ? gone->spine
+                           : come->id.spine;
+        for (; gone != delta.removed.end() && gone->spine == step.diamond; ++gone)
+            ++step.removed;
+        for (; come != delta.added.end() && come->id.spine == step.diamond; ++come)
+            ++step.added;
+        steps.push_back(step);
+    }
+    return steps;
+}
+
+} // namespace
+
+WholeSurface::WholeSurface(Sources sources, std::shared_ptr<core::Jobs> jobs)
+    : _sources(std::move(sources)), _jobs(std::move(jobs))
+{
+}
+
+void WholeSurface::start()
+{
+    _running = 1;
+    _jobs->submit([self = shared_from_this()] { self->list(); });
+}
+
+std::size_t WholeSurface::pending() const
+{
+    const std::size_t count = _count.load(std::memory_order_relaxed);
+    return count - std::min(count, _next.load(std::memory_order_relaxed));
+}
+
+void WholeSurface::list()
+{
+    _result.shown = _sources.target != nullptr ? *_sources.target : *_sources.shown;
+    if (_sources.coarser > 0)
+        coarsen(_result.shown, _sources.coarser);
+    _result.shown.forEachDiamond([&](const hierarchy::LatticePoint& centre) {
+        const hierarchy::DiamondState state = _result.shown.stateOf(centre);
+        if (state.split || isAborted())
+            return;
+        const extractor::BoxBounds* bounds = _sources.bounds->find(centre);
+        const bool empty = bounds != nullptr && _sources.extractor->provesEmpty(*bounds);
+        for (std::uint8_t index = 0; index < 8; ++index) {
+            if ((unsigned{state.cells} >> index & 1U) == 0)
+                continue;
+            const CellId id{centre, index};
+            if (empty)
+                ++_result.cellsSkipped;
+            else if (!_sources.sameIsovalue || !_sources.shown->hasCell(id))
+                _items.push_back({id, nullptr, Item::Origin::extracted});
+            else if (const auto mesh = _sources.meshes->find(id); mesh != _sources.meshes->end())
+                _items.push_back({id, mesh->second, Item::Origin::shown});
+        }
+    });
+    std::ranges::sort(_items, {}, &Item::id);
+    _count.store(_items.size(), std::memory_order_relaxed);
+    const std::size_t helpers = std::min(_jobs->concurrency(), _items.size() / kBlock + 1) - 1;
+    _running += helpers;
+    for (std::size_t i = 0; i < helpers; ++i)
+        _jobs->submit([self = shared_from_this()] { self->work(); });
+    work();
+}
+
+void WholeSurface::work()
+{
+    for (std::size_t begin = _next.fetch_add(kBlock); begin < _items.size();
+         begin = _next.fetch_add(kBlock)) {
+        const std::size_t end = std::min(begin + kBlock, _items.size());
+        for (std::size_t i = begin; i < end && !isAborted(); ++i) {
+            Item& item = _items[i];
+            if (item.origin == Item::Origin::shown)
+                continue;
+            item.mesh = _sources.cache->find({item.id, isovalue()});
+            if (item.mesh) {
+                item.origin = Item::Origin::cache;
+                continue;
+            }
+            auto mesh =
+                _sources.extractor->extract(hierarchy::tetrahedronOf(item.id), nullptr, &_aborted);
+            if (mesh)
+                item.mesh = std::make_shared<const extractor::CellMesh>(std::move(*mesh));
+        }
+        if (isAborted())
+            break;
+    }
+    leave();
+}
+
+void WholeSurface::leave()
+{
+    if (_running.fetch_sub(1) != 1)
+        return;
+    if (!isAborted())
+        assemble();
+    _quiet.store(true, std::memory_order_release);
+    _quiet.notify_all();
+}
+
+void WholeSurface::assemble()
+{
+    const double stretch = _sources.extractor->domain().worldFromField.stretch();
+    _result.errors = std::make_shared<MeasuredErrors>();
+    _result.meshes.reserve(_items.size());
+    Delta& delta = _result.delta;
+    delta.isovalue = isovalue();
+    for (Item& item : _items) {
+        const extractor::CellMesh& mesh = *item.mesh;
+        _result.errors->record(item.id, mesh, stretch);
+        _result.cellsFromCache += item.origin == Item::Origin::cache ? 1U : 0U;
+        if (item.origin == Item::Origin::extracted) {
+            (mesh.stats.provedEmpty ? _result.cellsSkipped : _result.cellsExtracted) += 1;
+            _result.samples += mesh.stats.samples;
+            _result.sanitisedSamples += mesh.stats.sanitisedSamples;
+        }
+        if (mesh.indices.empty())
+            continue;
+        _result.triangles += mesh.triangleCount();
+        _result.meshBytes += mesh.bytes();
+        if (!_sources.sameIsovalue || !_sources.meshes->contains(item.id))
+            delta.added.emplace_back(item.id, item.mesh);
+        _result.meshes.emplace(item.id, std::move(item.mesh));
+    }
+    for (const auto& [id, mesh] : *_sources.meshes)
+        if (!_sources.sameIsovalue || !_result.meshes.contains(id))
+            delta.removed.push_back(id);
+    std::ranges::sort(delta.removed);
+    if (_sources.target == nullptr && _sources.coarser == 0)
+        delta.steps = stepsByDiamond(delta);
+    else if (!delta.isEmpty())
+        delta.steps = {{hierarchy::kRootDiamond, delta.removed.size(), delta.added.size()}};
+    _result.wanted = _result.shown;
+    _items = {};
+}
+
+} // namespace isofront::surface

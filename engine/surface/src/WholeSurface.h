@@ -1,0 +1,94 @@
+#pragma once
+
+#include "CellCache.h"
+#include "isofront/surface/Delta.h"
+#include "isofront/surface/SurfaceCriterion.h"
+
+#include <isofront/core/Jobs.h>
+#include <isofront/extractor/CellExtractor.h>
+#include <isofront/hierarchy/Front.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+namespace isofront::surface {
+
+using CellMeshes = std::unordered_map<CellId, CellMeshPointer, CellIdHash>;
+
+/// Prepares another whole surface in the background, with the one delta that leads to it: for
+/// another isovalue, or for a viewer who has jumped. All that depends on the number of cells is
+/// done here, so that to take over the result costs the same whatever its size.
+///
+/// Thread: members from one thread. What it is given to read must not change until `isQuiet()`.
+class WholeSurface : public std::enable_shared_from_this<WholeSurface> {
+public:
+    struct Sources {
+        std::shared_ptr<const extractor::CellExtractor> extractor;
+        const hierarchy::Front* shown = nullptr;
+        const CellMeshes* meshes = nullptr; ///< of it
+        bool sameIsovalue = false;          ///< so that meshes that are shown can stay
+        /// The front to prepare; null for the one that is shown.
+        const hierarchy::Front* target = nullptr;
+        int coarser = 0; ///< levels to take from the finest places of the target
+        const CellCache* cache = nullptr;
+        const DiamondBounds* bounds = nullptr;
+    };
+    struct Result {
+        hierarchy::Front shown;  ///< the front of the meshes
+        hierarchy::Front wanted; ///< the same once more
+        CellMeshes meshes;       ///< those with triangles
+        Delta delta;             ///< without a version
+        std::shared_ptr<MeasuredErrors> errors;
+        std::size_t triangles = 0;
+        std::size_t meshBytes = 0;
+        std::uint64_t cellsExtracted = 0;
+        std::uint64_t cellsSkipped = 0;
+        std::uint64_t cellsFromCache = 0;
+        std::uint64_t samples = 0;
+        std::uint64_t sanitisedSamples = 0;
+    };
+
+    WholeSurface(Sources sources, std::shared_ptr<core::Jobs> jobs);
+
+    void start();
+    /// Asks it to end early; there is no result then.
+    void abort() { _aborted.store(true, std::memory_order_relaxed); }
+    [[nodiscard]] bool isAborted() const { return _aborted.load(std::memory_order_relaxed); }
+    /// True once nothing of it runs any more.
+    [[nodiscard]] bool isQuiet() const { return _quiet.load(std::memory_order_acquire); }
+    void wait() const { _quiet.wait(false, std::memory_order_acquire); }
+    /// Cells that are still to be extracted, as far as is known.
+    [[nodiscard]] std::size_t pending() const;
+    /// Once it is quiet and wasn't aborted.
+    [[nodiscard]] Result& result() { return _result; }
+    [[nodiscard]] double isovalue() const { return _sources.extractor->settings().isovalue; }
+
+private:
+    struct Item {
+        CellId id;
+        CellMeshPointer mesh; ///< null until it is extracted
+        enum class Origin : std::uint8_t { shown, cache, extracted } origin = Origin::extracted;
+    };
+
+    void list();
+    void work();
+    void leave();
+    void assemble();
+
+    Sources _sources;
+    std::shared_ptr<core::Jobs> _jobs;
+    std::vector<Item> _items; ///< cells that may have a surface, by their names
+    std::atomic<std::size_t> _next{0};
+    std::atomic<std::size_t> _count{0};
+    std::atomic<std::size_t> _running{0};
+    std::atomic<bool> _aborted{false};
+    std::atomic<bool> _quiet{false};
+    Result _result;
+};
+
+} // namespace isofront::surface
