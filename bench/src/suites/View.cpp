@@ -223,7 +223,7 @@ SuiteResult runGrowth(const Context& context)
     const int leastLevel = context.pick(9, 12);
     const double pixelError = context.pick(8.0, 4.0);
     const int doublings = context.pick(3, 6);
-    const int withoutDetail = context.pick(1, 3);
+    const int withoutDetail = context.pick(1, 2);
     const auto preset = fields::terrainPreset("canyon");
     const auto field = fields::terrain(*preset, 7, 1);
     hierarchy::View view;
