@@ -9,18 +9,27 @@ namespace isofront::extractor {
 
 namespace {
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kHuge = std::numeric_limits<float>::max() / 4;
+
+/// The smallest float that is not below a number: floats compare with it as with the number.
+float leastFloatFrom(double number)
+{
+    const auto nearest = static_cast<float>(number);
+    return double(nearest) < number ? std::nextafter(nearest, kInfinity) : nearest;
+}
 
 } // namespace
 
 std::uint32_t sanitise(std::span<float> values)
 {
+    // without branches, so that it is done for many values at once
     std::uint32_t changed = 0;
     for (float& value : values) {
-        if (std::abs(value) <= kHuge)
-            continue;
-        value = value > 0 ? kHuge : -kHuge; // NaN is not above zero
-        ++changed;
+        const float bound = value > 0 ? kHuge : -kHuge; // NaN is not above zero
+        const bool isFine = std::abs(value) <= kHuge;
+        value = isFine ? value : bound;
+        changed += isFine ? 0U : 1U;
     }
     return changed;
 }
@@ -90,8 +99,9 @@ void Samples::take(
     sanitised = sanitise(value);
 
     inside.resize(count);
+    const float least = leastFloatFrom(settings.isovalue);
     for (std::size_t i = 0; i < count; ++i)
-        inside[i] = double(value[i]) >= settings.isovalue ? 1 : 0;
+        inside[i] = value[i] >= least ? 1 : 0;
 
     boxDistance.clear();
     if (!dataBox)
