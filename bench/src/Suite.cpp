@@ -26,6 +26,8 @@ const std::vector<Suite>& suites()
         {"hilbert", "What is the order of triangles worth to a vertex cache?", runHilbert},
         {"volumes", "How fast and how good are meshes of volume files?", runVolumes},
         {"bounds", "How many of the empty cells are never sampled?", runBounds},
+        {"extract", "How fast do volumes become triangles, against flying edges?", runExtract},
+        {"view", "How fast is there what a view needs?", runView},
     };
     return all;
 }
