@@ -38,7 +38,7 @@ CONFINED = [
     (r"openvdb/", ["extractor/volume/src/VdbReader.cpp"]),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
-    (r"hwy/", ["extractor/fields/src", "extractor/volume/src", "bench/src/FmaProbe.cpp"]),
+    (r"hwy/", ["extractor/fields/src", "extractor/volume/src", "extractor/mesh/src", "bench/src"]),
     (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)

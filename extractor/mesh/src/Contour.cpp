@@ -124,9 +124,10 @@ std::uint16_t Contour::crossingOf(std::uint16_t edge)
 std::uint16_t Contour::makeCrossing(std::uint16_t edge)
 {
     // from the inside end to the outside end: the same for every cell that has this edge
-    auto [in, out] = _volumeMesh.edges[edge];
-    if (_samples.inside[in] == 0)
-        std::swap(in, out);
+    const auto& ends = _volumeMesh.edges[edge];
+    const std::size_t isSecondIn = 1U - _samples.inside[ends[0]];
+    const std::uint16_t in = ends[isSecondIn];
+    const std::uint16_t out = ends[1 - isSecondIn];
     const double fieldIn = double(_samples.value[in]) - _settings.isovalue;
     const double fieldOut = double(_samples.value[out]) - _settings.isovalue;
     double t = fieldOut < 0 ? fieldIn / (fieldIn - fieldOut) : 2.0;
@@ -142,10 +143,10 @@ std::uint16_t Contour::makeCrossing(std::uint16_t edge)
 
     const glm::dvec3 a = samplePoint(in);
     const glm::dvec3 b = samplePoint(out);
-    RoughVertex vertex;
+    _scratch.vertexOfEdge[edge] = nextVertex();
+    RoughVertex& vertex = _mesh.vertices.emplace_back();
     vertex.feature = _volumeMesh.edgeFeature[edge];
-    vertex.position =
-        _geometry.snapped(a + t * (b - a), vertex.feature, _volumeMesh.denominator());
+    vertex.position = _geometry.snapped(a + t * (b - a), vertex.feature, _volumeMesh.denominator());
     if (!_samples.radius.empty())
         vertex.radius = _samples.radiusAlong({in, out}, t);
     vertex.outward = b - a;
@@ -154,7 +155,7 @@ std::uint16_t Contour::makeCrossing(std::uint16_t edge)
     for (std::size_t axis = 0; axis < 3; ++axis)
         vertex.key[axis] = static_cast<std::int64_t>(a[axis] + b[axis]);
     vertex.cap = cap;
-    return _scratch.vertexOfEdge[edge] = push(vertex);
+    return _scratch.vertexOfEdge[edge];
 }
 
 /// A lattice point as a vertex of a cap on a wall.
@@ -163,7 +164,8 @@ std::uint16_t Contour::wallPoint(std::uint16_t point)
     std::uint16_t& known = _scratch.vertexOfPoint[point];
     if (known != kNoVertex)
         return known;
-    RoughVertex vertex;
+    known = nextVertex();
+    RoughVertex& vertex = _mesh.vertices.emplace_back();
     const glm::dvec3 p = samplePoint(point);
     vertex.feature = _volumeMesh.vertexFeature[point];
     vertex.position = _geometry.snapped(p, vertex.feature, _volumeMesh.denominator());
@@ -175,14 +177,13 @@ std::uint16_t Contour::wallPoint(std::uint16_t point)
     }
     vertex.cap = true;
     vertex.wall = true;
-    return known = push(vertex);
+    return known;
 }
 
-std::uint16_t Contour::push(const RoughVertex& vertex)
+std::uint16_t Contour::nextVertex() const
 {
     ISOFRONT_ASSERT(_mesh.vertices.size() < kNoVertex, "16-bit indices suffice up to n = 16");
-    _mesh.vertices.push_back(vertex);
-    return static_cast<std::uint16_t>(_mesh.vertices.size() - 1);
+    return static_cast<std::uint16_t>(_mesh.vertices.size());
 }
 
 /// A triangle, as it is wound in the mesh.

@@ -43,7 +43,7 @@ private:
     std::uint16_t crossingOf(std::uint16_t edge);
     std::uint16_t makeCrossing(std::uint16_t edge);
     std::uint16_t wallPoint(std::uint16_t point);
-    std::uint16_t push(const RoughVertex& vertex);
+    [[nodiscard]] std::uint16_t nextVertex() const;
     void emit(std::uint16_t a, std::uint16_t b, std::uint16_t c);
     [[nodiscard]] glm::dvec3 samplePoint(std::uint16_t v) const;
 

@@ -1,5 +1,7 @@
 #include "Samples.h"
 
+#include "SampleKernel.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,21 +49,17 @@ void Samples::place(
 
     const auto& w = mesh.weightColumns;
     const double unit = domain.latticeUnit() / mesh.denominator();
-    const auto axisInto =
-        [&](std::size_t axis, std::vector<double>& p, std::vector<double>& field) {
-            // integers below 2^53 all the way, so the order of the sum doesn't matter
-            std::array<double, 4> c{};
-            for (std::size_t k = 0; k < 4; ++k)
-                c[k] = cell.corner[k][axis];
-            const double origin = domain.origin[axis];
-            for (std::size_t i = 0; i < count; ++i) {
-                p[i] = w[0][i] * c[0] + w[1][i] * c[1] + w[2][i] * c[2] + w[3][i] * c[3];
-                field[i] = origin + unit * p[i];
-            }
-        };
-    axisInto(0, px, x);
-    axisInto(1, py, y);
-    axisInto(2, pz, z);
+    std::array<std::array<double, 3>, 4> corners{};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            corners[k][axis] = cell.corner[k][axis];
+    placePoints(
+        {w[0].data(), w[1].data(), w[2].data(), w[3].data()},
+        corners,
+        {domain.origin.x, domain.origin.y, domain.origin.z},
+        unit,
+        count,
+        {{px.data(), py.data(), pz.data()}, {x.data(), y.data(), z.data()}});
 
     radius.clear();
     if (settings.filterStrength <= 0)
