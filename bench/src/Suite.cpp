@@ -29,6 +29,8 @@ const std::vector<Suite>& suites()
         {"noise",
          "How fast is noise with each instruction set, against the machine's multiply-adds?",
          runNoise},
+        {"extract", "How fast do volumes become triangles, against flying edges?", runExtract},
+        {"view", "How fast is there what a view needs?", runView},
     };
     return all;
 }

@@ -8,6 +8,7 @@ namespace isofront::bench {
 
 SuiteResult runAccuracy(const Context& context);
 SuiteResult runBounds(const Context& context);
+SuiteResult runExtract(const Context& context);
 SuiteResult runGrowth(const Context& context);
 SuiteResult runHilbert(const Context& context);
 SuiteResult runKappa(const Context& context);
@@ -18,6 +19,7 @@ SuiteResult runPixelError(const Context& context);
 SuiteResult runSimplify(const Context& context);
 SuiteResult runSmooth(const Context& context);
 SuiteResult runStages(const Context& context);
+SuiteResult runView(const Context& context);
 SuiteResult runVolumes(const Context& context);
 SuiteResult runVertices(const Context& context);
 

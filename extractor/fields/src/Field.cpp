@@ -9,13 +9,13 @@ namespace isofront::fields {
 void Field::gradient(const SampleBatch& batch, GradientSpans gradients) const
 {
     // Six samples a point, a block of points at a time so that the scratch stays in cache.
-    constexpr std::size_t kBlock = 256;
-    std::vector<double> x(6 * kBlock);
-    std::vector<double> y(6 * kBlock);
-    std::vector<double> z(6 * kBlock);
-    std::vector<double> radius(6 * kBlock);
-    std::vector<float> value(6 * kBlock);
-    std::array<double, kBlock> step{};
+    constexpr std::size_t kBlock = 64;
+    std::array<double, 6 * kBlock> x; // all that is read is written before
+    std::array<double, 6 * kBlock> y;
+    std::array<double, 6 * kBlock> z;
+    std::array<double, 6 * kBlock> radius;
+    std::array<float, 6 * kBlock> value;
+    std::array<double, kBlock> step;
 
     for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
         const std::size_t count = std::min(kBlock, batch.size() - begin);

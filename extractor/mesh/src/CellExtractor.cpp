@@ -1,6 +1,7 @@
 #include "isofront/extractor/CellExtractor.h"
 
 #include "CellGeometry.h"
+#include "Contour.h"
 #include "Decimation.h"
 #include "EdgeAlignment.h"
 #include "ErrorEstimate.h"
@@ -9,7 +10,6 @@
 #include "Samples.h"
 #include "Smoothing.h"
 #include "VertexBalance.h"
-#include "isofront/extractor/MarchingCubesTable.h"
 
 #include <isofront/core/Assert.h>
 #include <isofront/core/Hash.h>
@@ -29,9 +29,8 @@ namespace isofront::extractor {
 /// What a worker reuses from cell to cell.
 struct CellScratch {
     Samples samples;
+    ContourScratch contour;
     RoughMesh mesh;
-    std::vector<std::uint16_t> vertexOfEdge;
-    std::vector<std::uint16_t> vertexOfPoint;
     PointColumns points;
     VertexMoves moves;
     SmoothingScratch smoothing;
@@ -50,190 +49,6 @@ double secondsSince(Clock::time_point start)
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Makes the triangles of one cell from its samples.
-class Contour {
-public:
-    Contour(
-        const CellGeometry& geometry,
-        const VolumeMesh& mesh,
-        const ExtractionSettings& settings,
-        bool hasDataBox,
-        CellScratch& scratch)
-        : _geometry(geometry), _mesh(mesh), _settings(settings), _hasDataBox(hasDataBox),
-          _scratch(scratch), _samples(scratch.samples)
-    {
-        _scratch.mesh.vertices.clear();
-        _scratch.mesh.indices.clear();
-        _scratch.vertexOfEdge.assign(mesh.edges.size(), kNoVertex);
-    }
-
-    void march()
-    {
-        const MarchingCubesTable& table = MarchingCubesTable::instance();
-        const std::uint8_t* inside = _samples.inside.data();
-        for (const Hexahedron& hexahedron : _mesh.hexahedra) {
-            unsigned configuration = 0;
-            for (unsigned m = 0; m < 8; ++m)
-                configuration |= static_cast<unsigned>(inside[hexahedron.vertex[m]]) << m;
-            const MarchingCubesTable::Case& entry = table[static_cast<std::uint8_t>(configuration)];
-            for (std::size_t i = 0; i < entry.triangles; ++i) {
-                const auto& [a, b, c] = entry.edge[i];
-                emit(
-                    crossingOf(hexahedron.edge[a]),
-                    crossingOf(hexahedron.edge[b]),
-                    crossingOf(hexahedron.edge[c]));
-            }
-        }
-    }
-
-    /// Closes the surface on those faces of the cell that lie on the domain's walls.
-    void capWalls(const hierarchy::Tetrahedron& cell)
-    {
-        _scratch.vertexOfPoint.assign(_mesh.vertexCount(), kNoVertex);
-        for (std::size_t apex = 0; apex < 4; ++apex)
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                for (const std::uint32_t wall : {0U, hierarchy::kLatticeEdge}) {
-                    bool onWall = true;
-                    for (std::size_t k = 0; k < 4; ++k)
-                        onWall = onWall && (k == apex || cell.corner[k][axis] == wall);
-                    if (!onWall)
-                        continue;
-                    for (const BoundaryQuad& quad : _mesh.boundary[apex])
-                        capQuad(quad);
-                }
-    }
-
-private:
-    /// The sample point in sample units.
-    [[nodiscard]] glm::dvec3 samplePoint(std::uint16_t v) const
-    {
-        return {_samples.px[v], _samples.py[v], _samples.pz[v]};
-    }
-
-    /// The vertex where the surface cuts an edge of the lattice; the two ends are on different
-    /// sides.
-    std::uint16_t crossingOf(std::uint16_t edge)
-    {
-        if (_scratch.vertexOfEdge[edge] != kNoVertex)
-            return _scratch.vertexOfEdge[edge];
-
-        // from the inside end to the outside end: the same for every cell that has this edge
-        auto [in, out] = _mesh.edges[edge];
-        if (_samples.inside[in] == 0)
-            std::swap(in, out);
-        const double fieldIn = double(_samples.value[in]) - _settings.isovalue;
-        const double fieldOut = double(_samples.value[out]) - _settings.isovalue;
-        double t = fieldOut < 0 ? fieldIn / (fieldIn - fieldOut) : 2.0;
-        bool cap = false;
-        if (_hasDataBox && _samples.boxDistance[out] < 0) {
-            // solid ends at the border of the data or at the surface, whichever comes first
-            const double boxIn = _samples.boxDistance[in];
-            const double boxT = boxIn / (boxIn - _samples.boxDistance[out]);
-            cap = boxT < t;
-            t = std::min(t, boxT);
-        }
-        t = clampedCrossing(t);
-
-        const glm::dvec3 a = samplePoint(in);
-        const glm::dvec3 b = samplePoint(out);
-        const FeatureMask feature = _mesh.edgeFeature[edge];
-        RoughVertex vertex;
-        vertex.position = _geometry.snapped(a + t * (b - a), feature, _mesh.denominator());
-        if (!_samples.radius.empty())
-            vertex.radius = _samples.radiusAlong({in, out}, t);
-        vertex.fallback = glm::normalize(b - a);
-        vertex.ends = {in, out};
-        vertex.t = t;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            vertex.key[axis] =
-                static_cast<std::int64_t>(a[axis]) + static_cast<std::int64_t>(b[axis]);
-        vertex.feature = feature;
-        vertex.cap = cap;
-        return _scratch.vertexOfEdge[edge] = push(vertex);
-    }
-
-    /// A lattice point as a vertex of a cap on a wall.
-    std::uint16_t wallPoint(std::uint16_t point)
-    {
-        std::uint16_t& known = _scratch.vertexOfPoint[point];
-        if (known != kNoVertex)
-            return known;
-        RoughVertex vertex;
-        const glm::dvec3 p = samplePoint(point);
-        vertex.position = _geometry.snapped(p, _mesh.vertexFeature[point], _mesh.denominator());
-        // outward from all walls that meet here, whichever of them is being capped
-        const double far = double(hierarchy::kLatticeEdge) * _mesh.denominator();
-        glm::dvec3 outward(0.0);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            outward[axis] = p[axis] == 0 ? -1.0 : p[axis] == far ? 1.0 : 0.0;
-            vertex.key[axis] = 2 * static_cast<std::int64_t>(p[axis]);
-        }
-        vertex.fallback = glm::normalize(outward);
-        vertex.feature = _mesh.vertexFeature[point];
-        vertex.cap = true;
-        vertex.wall = true;
-        return known = push(vertex);
-    }
-
-    /// Marching squares on one side of a hexahedron, with the rule that the table has for sides: an
-    /// ambiguous one separates its inside corners.
-    void capQuad(const BoundaryQuad& quad)
-    {
-        std::array<bool, 4> in{};
-        int count = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
-            in[i] = _samples.inside[quad.vertex[i]] != 0;
-            count += in[i] ? 1 : 0;
-        }
-        if (count == 0)
-            return;
-        if (count == 2 && in[0] == in[2]) {
-            for (std::size_t i = 0; i < 4; ++i)
-                if (in[i])
-                    emit(
-                        crossingOf(quad.edge[(i + 3) % 4]),
-                        wallPoint(quad.vertex[i]),
-                        crossingOf(quad.edge[i]));
-            return;
-        }
-        std::array<std::uint16_t, 6> polygon{};
-        std::size_t sides = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
-            if (in[i])
-                polygon[sides++] = wallPoint(quad.vertex[i]);
-            if (in[i] != in[(i + 1) % 4])
-                polygon[sides++] = crossingOf(quad.edge[i]);
-        }
-        for (std::size_t i = 2; i < sides; ++i)
-            emit(polygon[0], polygon[i - 1], polygon[i]);
-    }
-
-    std::uint16_t push(const RoughVertex& vertex)
-    {
-        ISOFRONT_ASSERT(
-            _scratch.mesh.vertices.size() < kNoVertex, "16-bit indices suffice up to n = 16");
-        _scratch.mesh.vertices.push_back(vertex);
-        return static_cast<std::uint16_t>(_scratch.mesh.vertices.size() - 1);
-    }
-
-    void emit(std::uint16_t a, std::uint16_t b, std::uint16_t c)
-    {
-        const auto& v = _scratch.mesh.vertices;
-        if (!_settings.closed && v[a].cap && v[b].cap && v[c].cap)
-            return;
-        if (_geometry.mirrored)
-            std::swap(b, c);
-        _scratch.mesh.indices.insert(_scratch.mesh.indices.end(), {a, b, c});
-    }
-
-    const CellGeometry& _geometry;
-    const VolumeMesh& _mesh;
-    const ExtractionSettings& _settings;
-    bool _hasDataBox;
-    CellScratch& _scratch;
-    const Samples& _samples;
-};
-
 /// The box of a cell's sample points, by the very expression that places them, so that it holds
 /// them whatever the rounding.
 core::Box
@@ -246,6 +61,14 @@ sampleBox(const CellGeometry& geometry, const hierarchy::Domain& domain, double 
         box.high[axis] = domain.origin[axis] + unit * (denominator * geometry.high[axis]);
     }
     return box;
+}
+
+bool holds(const core::Box& outer, const core::Box& inner)
+{
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        if (!(inner.low[axis] >= outer.low[axis] && inner.high[axis] <= outer.high[axis]))
+            return false;
+    return true;
 }
 
 bool touchesWall(const hierarchy::LatticePoint& low, const hierarchy::LatticePoint& high)
@@ -326,6 +149,7 @@ bool CellExtractor::extractInto(
     result.exponent = static_cast<std::uint8_t>(geometry.cellExponent);
 
     auto start = Clock::now();
+    const core::Box box = sampleBox(geometry, _domain, mesh.denominator());
     const bool mayCap = _settings.closed && touchesWall(geometry.low, geometry.high);
     if (_settings.skipEmptyCells) {
         core::Interval radius{0, 0};
@@ -337,12 +161,7 @@ bool CellExtractor::extractInto(
             radius.high =
                 _settings.filterStrength * std::max(most, _settings.cornerRadius) * (1 + 1e-12);
         }
-        const Side side = sideOf(
-            *_field,
-            _dataBox,
-            _settings.isovalue,
-            sampleBox(geometry, _domain, mesh.denominator()),
-            radius);
+        const Side side = sideOf(*_field, _dataBox, _settings.isovalue, box, radius);
         if (side == Side::outside || (side == Side::inside && !mayCap)) {
             result.stats.provedEmpty = true;
             return true;
@@ -353,7 +172,8 @@ bool CellExtractor::extractInto(
     samples.place(cell, geometry, _domain, mesh, _settings);
     if (isCancelled())
         return false;
-    samples.take(*_field, _dataBox, _settings);
+    const bool leavesData = _dataBox && !holds(*_dataBox, box);
+    samples.take(*_field, leavesData ? _dataBox : std::nullopt, _settings);
     result.stats.samples = static_cast<std::uint32_t>(mesh.vertexCount());
     result.stats.sanitisedSamples = samples.sanitised;
     if (trace != nullptr)
@@ -367,11 +187,7 @@ bool CellExtractor::extractInto(
     if (insideCount == 0 || (insideCount == samples.inside.size() && !mayCap))
         return true;
 
-    Contour contour(geometry, mesh, _settings, _dataBox.has_value(), scratch);
-    contour.march();
-    if (mayCap)
-        contour.capWalls(cell);
-    scratch.mesh.compact();
+    Contour(geometry, mesh, _settings, samples, scratch.contour, scratch.mesh).run(cell, mayCap);
     if (trace != nullptr)
         trace->contourSeconds += secondsSince(start);
     if (isCancelled())

@@ -29,6 +29,13 @@ double distance(const hierarchy::LatticePoint& a, const hierarchy::LatticePoint&
     return std::sqrt(squared);
 }
 
+/// The nearest whole number to one that is not negative, halves up: std::llround without the call.
+std::int64_t rounded(double value)
+{
+    const auto whole = static_cast<std::int64_t>(value);
+    return whole + (value - static_cast<double>(whole) >= 0.5 ? 1 : 0);
+}
+
 } // namespace
 
 CellGeometry::CellGeometry(
@@ -62,18 +69,20 @@ CellGeometry::CellGeometry(
     // corners are lattice points, multiples of every unit
     for (const unsigned corner : {0b0111U, 0b1011U, 0b1101U, 0b1110U, 0b1111U})
         snapExponent[corner] = cellExponent;
+    for (std::size_t feature = 0; feature < snapExponent.size(); ++feature)
+        unitsPerLatticeUnit[feature] =
+            std::ldexp(1.0, hierarchy::kGridBitsPerLatticeUnit - snapExponent[feature]);
 }
 
 hierarchy::GridPoint
 CellGeometry::snapped(const glm::dvec3& p, FeatureMask feature, std::uint32_t denominator) const
 {
     const int exponent = snapExponent[feature];
-    const double toUnits =
-        std::ldexp(1.0, hierarchy::kGridBitsPerLatticeUnit - exponent) / denominator;
+    const double toUnits = unitsPerLatticeUnit[feature] / denominator;
     return {
-        std::llround(p.x * toUnits) << exponent,
-        std::llround(p.y * toUnits) << exponent,
-        std::llround(p.z * toUnits) << exponent};
+        rounded(p.x * toUnits) << exponent,
+        rounded(p.y * toUnits) << exponent,
+        rounded(p.z * toUnits) << exponent};
 }
 
 } // namespace isofront::extractor

@@ -28,6 +28,8 @@ struct CellGeometry {
     std::array<double, 6> edgeRadius{};
     /// By feature: vertices on it are snapped to multiples of 2^this grid units.
     std::array<int, 16> snapExponent{};
+    /// By feature: how many of these multiples a lattice unit is.
+    std::array<double, 16> unitsPerLatticeUnit{};
     int cellExponent = 0; ///< the smallest of them
     bool mirrored = false;
     hierarchy::LatticePoint low;

@@ -29,7 +29,11 @@ std::array<std::int16_t, 2> octahedral(const glm::dvec3& unit)
         u = folded;
     }
     const auto code = [](double value) {
-        return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0, 1.0) * kScale));
+        // std::lround without the call: halves away from zero
+        const double scaled = std::clamp(value, -1.0, 1.0) * kScale;
+        const auto whole = static_cast<int>(scaled);
+        const double rest = scaled - whole;
+        return static_cast<std::int16_t>(whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0));
     };
     return {code(u), code(v)};
 }

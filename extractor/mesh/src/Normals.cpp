@@ -19,8 +19,9 @@ void placeVertices(const hierarchy::Domain& domain, const RoughMesh& rough, Poin
 {
     const std::size_t count = rough.vertices.size();
     points.reserve(count);
+    const double unit = domain.gridUnit();
     for (std::size_t i = 0; i < count; ++i) {
-        points.setPoint(i, domain.fieldFromGrid(rough.vertices[i].position));
+        points.setPoint(i, domain.origin + unit * glm::dvec3(rough.vertices[i].position));
         points.radius[i] = rough.vertices[i].radius;
     }
 }
@@ -144,17 +145,15 @@ void vertexNormals(
     normals.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         const RoughVertex& vertex = rough.vertices[i];
-        glm::dvec3 normal = vertex.fallback;
+        glm::dvec3 normal(0.0); // as long as nothing is known
         if (vertex.cap && !vertex.wall && settings.closed) {
             normal = sideNormal(*dataBox, points.point(i));
         } else if (!vertex.wall) {
-            glm::dvec3 found = outward(points.gradient(i));
-            if (found == glm::dvec3(0.0) && !vertex.isBorder())
-                found = faceNormal(rough, i);
-            if (found != glm::dvec3(0.0))
-                normal = found;
+            normal = outward(points.gradient(i));
+            if (normal == glm::dvec3(0.0) && !vertex.isBorder())
+                normal = faceNormal(rough, i);
         }
-        normals[i] = normal;
+        normals[i] = normal == glm::dvec3(0.0) ? glm::normalize(vertex.outward) : normal;
     }
 }
 

@@ -30,15 +30,16 @@ inline double clampedCrossing(double t)
 /// A mesh vertex while its cell is being made.
 struct RoughVertex {
     hierarchy::GridPoint position{};
-    double radius = 0;        ///< filter radius there, already scaled [field]
-    glm::dvec3 fallback{0.0}; ///< normal where the field has no gradient
+    double radius = 0; ///< filter radius there, already scaled [field]
+    /// Direction of the normal where the field has no gradient, of any length.
+    glm::dvec3 outward{0.0};
     std::array<std::int64_t, 3> key{};
     std::array<std::uint16_t, 2> ends{}; ///< samples of its lattice edge: inside, outside
     double t = 0;                        ///< where on it, from the inside
     double height = 0;                   ///< how far it has been put above the surface [cell units]
     FeatureMask feature = 0;             ///< of the lattice edge or point that it lies on
     bool cap = false;
-    /// A lattice point of a cap on the domain's wall, whose normal is `fallback`.
+    /// A lattice point of a cap on the domain's wall, whose normal is `outward`.
     bool wall = false;
 
     /// Whether a neighbouring cell has this vertex, too.

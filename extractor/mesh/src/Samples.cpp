@@ -1,5 +1,7 @@
 #include "Samples.h"
 
+#include "SampleKernel.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,18 +11,27 @@ namespace isofront::extractor {
 
 namespace {
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kHuge = std::numeric_limits<float>::max() / 4;
+
+/// The smallest float that is not below a number: floats compare with it as with the number.
+float leastFloatFrom(double number)
+{
+    const auto nearest = static_cast<float>(number);
+    return double(nearest) < number ? std::nextafter(nearest, kInfinity) : nearest;
+}
 
 } // namespace
 
 std::uint32_t sanitise(std::span<float> values)
 {
+    // without branches, so that it is done for many values at once
     std::uint32_t changed = 0;
     for (float& value : values) {
-        if (std::abs(value) <= kHuge)
-            continue;
-        value = value > 0 ? kHuge : -kHuge; // NaN is not above zero
-        ++changed;
+        const float bound = value > 0 ? kHuge : -kHuge; // NaN is not above zero
+        const bool isFine = std::abs(value) <= kHuge;
+        value = isFine ? value : bound;
+        changed += isFine ? 0U : 1U;
     }
     return changed;
 }
@@ -38,21 +49,17 @@ void Samples::place(
 
     const auto& w = mesh.weightColumns;
     const double unit = domain.latticeUnit() / mesh.denominator();
-    const auto axisInto =
-        [&](std::size_t axis, std::vector<double>& p, std::vector<double>& field) {
-            // integers below 2^53 all the way, so the order of the sum doesn't matter
-            std::array<double, 4> c{};
-            for (std::size_t k = 0; k < 4; ++k)
-                c[k] = cell.corner[k][axis];
-            const double origin = domain.origin[axis];
-            for (std::size_t i = 0; i < count; ++i) {
-                p[i] = w[0][i] * c[0] + w[1][i] * c[1] + w[2][i] * c[2] + w[3][i] * c[3];
-                field[i] = origin + unit * p[i];
-            }
-        };
-    axisInto(0, px, x);
-    axisInto(1, py, y);
-    axisInto(2, pz, z);
+    std::array<std::array<double, 3>, 4> corners{};
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            corners[k][axis] = cell.corner[k][axis];
+    placePoints(
+        {w[0].data(), w[1].data(), w[2].data(), w[3].data()},
+        corners,
+        {domain.origin.x, domain.origin.y, domain.origin.z},
+        unit,
+        count,
+        {{px.data(), py.data(), pz.data()}, {x.data(), y.data(), z.data()}});
 
     radius.clear();
     if (settings.filterStrength <= 0)
@@ -90,8 +97,9 @@ void Samples::take(
     sanitised = sanitise(value);
 
     inside.resize(count);
+    const float least = leastFloatFrom(settings.isovalue);
     for (std::size_t i = 0; i < count; ++i)
-        inside[i] = double(value[i]) >= settings.isovalue ? 1 : 0;
+        inside[i] = value[i] >= least ? 1 : 0;
 
     boxDistance.clear();
     if (!dataBox)

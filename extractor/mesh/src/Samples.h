@@ -50,6 +50,7 @@ struct Samples {
         const ExtractionSettings& settings);
 
     /// Samples the field at them, cleans the values and decides which are inside.
+    /// @param dataBox  of the field, if any of the points may be outside of it
     void take(
         const fields::Field& field,
         const std::optional<core::Box>& dataBox,

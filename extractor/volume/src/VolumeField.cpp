@@ -4,12 +4,14 @@
 #include "MinMaxTree.h"
 #include "Pyramid.h"
 #include "VoxelGrid.h"
+#include "VoxelKernel.h"
 
 #include <isofront/core/Assert.h>
 
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <type_traits>
 #include <utility>
 
 namespace isofront::volume {
@@ -235,21 +237,35 @@ template <typename T>
 void VolumeField<T>::sample(const fields::SampleBatch& batch, std::span<float> values) const
 {
     ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
+    const auto isFiltered = [](double radius) { return radius > detail::kPlainRadius; };
+    const auto samplePlain = [&](std::size_t begin, std::size_t count) {
+        const double* x = batch.x.data() + begin;
+        const double* y = batch.y.data() + begin;
+        const double* z = batch.z.data() + begin;
+        float* out = values.data() + begin;
+        if constexpr (sizeof(T) <= 2 || std::is_same_v<T, float>)
+            if (detail::sampleVoxels(
+                    _parts->grid.size(), _parts->voxels.get(), x, y, z, count, out))
+                return;
+        for (std::size_t first = 0; first < count; first += kBlock)
+            _parts->grid.sample(
+                x + first, y + first, z + first, std::min(kBlock, count - first), out + first);
+    };
+    if (batch.radius.empty()) {
+        samplePlain(0, batch.size());
+        return;
+    }
     for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
         const std::size_t count = std::min(kBlock, batch.size() - begin);
-        float* const out = values.data() + begin;
-        const auto isFiltered = [](double radius) { return radius > detail::kPlainRadius; };
-        if (batch.radius.empty() ||
-            std::ranges::none_of(batch.radius.subspan(begin, count), isFiltered))
-            _parts->grid.sample(
-                batch.x.data() + begin, batch.y.data() + begin, batch.z.data() + begin, count, out);
+        if (std::ranges::none_of(batch.radius.subspan(begin, count), isFiltered))
+            samplePlain(begin, count);
         else
             _parts->sampleFiltered(
                 {batch.x.subspan(begin, count),
                  batch.y.subspan(begin, count),
                  batch.z.subspan(begin, count),
                  batch.radius.subspan(begin, count)},
-                out);
+                values.data() + begin);
     }
 }
 
