@@ -451,6 +451,7 @@ Action addFly(CLI::App& app)
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
     command->add_option("--threads", arguments->threads, "of the extraction; 0: one for each core")
         ->check(CLI::Range(0, 1024));
+    arguments->input.detail = "natural";
     addSourceArguments(*command, arguments->input);
     command->add_flag("--window", arguments->window, "not in this version");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");

@@ -199,6 +199,7 @@ Action addRender(CLI::App& app)
         "--device",
         arguments->device,
         "Vulkan device: an index, 'cpu', 'gpu' or part of its name; also ISOFRONT_DEVICE");
+    arguments->input.detail = "natural";
     addSourceArguments(*command, arguments->input);
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024));

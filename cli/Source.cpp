@@ -1,5 +1,6 @@
 #include "Source.h"
 
+#include <isofront/elevation/Landscape.h>
 #include <isofront/fields/Procedural.h>
 #include <isofront/hierarchy/Criterion.h>
 
@@ -16,6 +17,8 @@ namespace isofront::cli {
 namespace {
 
 constexpr std::string_view kProcedural = "proc:";
+/// Detail of a landscape goes on below its posts, down to a thousandth of their distance.
+constexpr int kLevelsOfDetail = 30;
 
 /// Looks along the second axis and a little down, from where a box fills the view.
 void lookAt(Source& source)
@@ -137,6 +140,13 @@ core::Result<Source> openElevation(const std::string& text, const SourceOptions&
     source.name = text;
     source.description = std::string(elevation::nameOf(loaded->info.format)) + " elevation raster";
     source.field = loaded->field;
+    if (options.detail != "none") {
+        auto detailed = elevation::landscape(*loaded, {.preset = options.detail});
+        if (!detailed)
+            return tl::unexpected<core::Error>(detailed.error().within("--detail"));
+        source.field = std::move(*detailed);
+        source.levelsBelowVoxel = kLevelsOfDetail;
+    }
     source.isTerrain = true;
     source.voxel = std::min(loaded->info.spacing.x, loaded->info.spacing.y);
     source.worldBox = loaded->dataBox;

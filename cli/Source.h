@@ -56,6 +56,7 @@ struct SourceOptions {
     std::optional<glm::dvec2> pixelSize = {};            ///< of an elevation raster [m]
     std::optional<double> heightScale = {};              ///< of an elevation raster [m]
     std::optional<double> noData = {};                   ///< of an elevation raster
+    std::string detail = "none";                         ///< added to an elevation raster
     std::stop_token stop = {};
 };
 

@@ -69,6 +69,14 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments)
         ->check(within(-most, most));
     command
         .add_option(
+            "--detail",
+            arguments.detail,
+            "added to an elevation raster between its heights: natural, rugged (crags, overhangs "
+            "and "
+            "caves) or none")
+        ->capture_default_str();
+    command
+        .add_option(
             "--no-data", arguments.noData, "of an elevation raster: the value of a missing height")
         ->check(within(-most, most));
 }
@@ -83,6 +91,7 @@ core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std:
     options.rawLayout = arguments.rawLayout;
     options.heightScale = arguments.heightScale;
     options.noData = arguments.noData;
+    options.detail = arguments.detail;
     options.stop = std::move(stop);
     if (!arguments.pixelSize.empty()) {
         const auto size = parsePixelSize(arguments.pixelSize);

@@ -22,6 +22,7 @@ struct SourceArguments {
     std::string pixelSize;
     std::optional<double> heightScale;
     std::optional<double> noData;
+    std::string detail = "none"; ///< a command that shows sources sets another one
 };
 
 /// Adds the options to a command; `arguments` must outlive it.
