@@ -33,7 +33,7 @@ FLOORS = {
 }
 # A library that only some places may name: pattern of the include, folders or files allowed
 CONFINED = [
-    (r"vtk", ["bench/src/peers/Vtk.cpp"]),
+    (r"vtk", ["bench/peers/FlyingEdges.cpp"]),
     (r"tbb/", ["core/src/jobs"]),
     (
         r"openvdb/",

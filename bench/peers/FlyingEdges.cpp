@@ -1,13 +1,17 @@
-// VTK's flying edges behind one plain function: a module of its own, loaded only when it is
-// measured, because VTK's headers are C++17 and its libraries take long to load.
+#include "FlyingEdges.h"
 
+#include <vtkCellArray.h>
+#include <vtkDataArray.h>
+#include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSMPTools.h>
+#include <vtkVersion.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstring>
@@ -24,16 +28,12 @@ double processorSeconds()
 
 } // namespace
 
-/// @param size        voxels along each axis
-/// @param bytesEach   1: uint8, 2: int16, 4: float; x fastest, then y
-/// @param result      least processor seconds, least seconds by the clock, triangles, vertices
-extern "C" void isofrontFlyingEdges(
+extern "C" void isofrontFlyingEdgesTime(
     const int* size,
     int bytesEach,
     const void* voxels,
     double isovalue,
     int threads,
-    int runs,
     double* result)
 {
     using Clock = std::chrono::steady_clock;
@@ -51,21 +51,70 @@ extern "C" void isofrontFlyingEdges(
         voxels,
         static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
             static_cast<std::size_t>(size[2]) * static_cast<std::size_t>(bytesEach));
-    for (int run = 0; run < runs; ++run) {
-        vtkNew<vtkFlyingEdges3D> filter;
-        filter->SetInputData(image);
-        filter->SetValue(0, isovalue);
-        filter->SetComputeNormals(1);
-        filter->SetComputeGradients(0);
-        filter->SetComputeScalars(0);
-        const auto wallStart = Clock::now();
-        const double start = processorSeconds();
-        filter->Update();
-        const double processor = processorSeconds() - start;
-        const double wall = std::chrono::duration<double>(Clock::now() - wallStart).count();
-        result[0] = run == 0 ? processor : std::min(result[0], processor);
-        result[1] = run == 0 ? wall : std::min(result[1], wall);
-        result[2] = static_cast<double>(filter->GetOutput()->GetNumberOfCells());
-        result[3] = static_cast<double>(filter->GetOutput()->GetNumberOfPoints());
+    vtkNew<vtkFlyingEdges3D> filter;
+    filter->SetInputData(image);
+    filter->SetValue(0, isovalue);
+    filter->ComputeNormalsOn();
+    filter->ComputeGradientsOff();
+    filter->ComputeScalarsOff();
+    const auto wallStart = Clock::now();
+    const double start = processorSeconds();
+    filter->Update();
+    result[0] = processorSeconds() - start;
+    result[1] = std::chrono::duration<double>(Clock::now() - wallStart).count();
+    result[2] = static_cast<double>(filter->GetOutput()->GetNumberOfCells());
+    result[3] = static_cast<double>(filter->GetOutput()->GetNumberOfPoints());
+}
+
+extern "C" void isofrontFlyingEdgesMesh(
+    const std::vector<float>& values,
+    const std::array<int, 3>& count,
+    const std::array<double, 3>& origin,
+    double spacing,
+    double isovalue,
+    isofront::bench::peers::VtkMesh& mesh)
+{
+    vtkSMPTools::Initialize(1);
+    vtkNew<vtkFloatArray> scalars;
+    // VTK takes no pointer to const; the filter only reads
+    scalars->SetArray(const_cast<float*>(values.data()), static_cast<vtkIdType>(values.size()), 1);
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(count[0], count[1], count[2]);
+    image->SetOrigin(origin[0], origin[1], origin[2]);
+    image->SetSpacing(spacing, spacing, spacing);
+    image->GetPointData()->SetScalars(scalars);
+    vtkNew<vtkFlyingEdges3D> filter;
+    filter->SetInputData(image);
+    filter->SetValue(0, isovalue);
+    filter->ComputeNormalsOn();
+    filter->ComputeGradientsOff();
+    filter->ComputeScalarsOff();
+    filter->Update();
+
+    vtkPolyData* const output = filter->GetOutput();
+    const vtkIdType points = output->GetNumberOfPoints();
+    vtkDataArray* const normals = output->GetPointData()->GetNormals();
+    for (vtkIdType i = 0; i < points; ++i) {
+        double at[3];
+        output->GetPoint(i, at);
+        mesh.positions.insert(mesh.positions.end(), at, at + 3);
+        if (normals != nullptr) {
+            normals->GetTuple(i, at);
+            for (const double value : at)
+                mesh.normals.push_back(static_cast<float>(value));
+        }
     }
+    vtkCellArray* const polygons = output->GetPolys();
+    polygons->InitTraversal();
+    vtkIdType corners = 0;
+    const vtkIdType* ids = nullptr;
+    while (polygons->GetNextCell(corners, ids) != 0)
+        if (corners == 3)
+            for (int k = 0; k < 3; ++k)
+                mesh.indices.push_back(static_cast<std::uint32_t>(ids[k]));
+}
+
+extern "C" const char* isofrontVtkVersion()
+{
+    return vtkVersion::GetVTKVersion();
 }

@@ -1,33 +1,16 @@
 #include "FlyingEdges.h"
 
-#include <dlfcn.h>
+#include "PeerModule.h"
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <vector>
 
 namespace isofront::bench {
 
 namespace {
-
-using Run = void (*)(const int*, int, const void*, double, int, int, double*);
-
-/// The peer, which lies beside the program; null if it isn't there.
-Run peer()
-{
-    static const Run found = [] {
-        std::error_code error;
-        const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-        const auto path = program.parent_path() / "isofront_peer_vtk.so";
-        void* library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-        return library == nullptr ? nullptr
-                                  : reinterpret_cast<Run>(::dlsym(library, "isofrontFlyingEdges"));
-    }();
-    return found;
-}
 
 /// The voxels again, by sampling the field at their centres, as numbers of so many bytes.
 std::vector<std::uint8_t>
@@ -65,23 +48,23 @@ FlyingEdges::FlyingEdges(const volume::LoadedVolume& volume)
           : volume.info.voxelType == volume::VoxelType::int16 ? 2
                                                               : 4)
 {
-    if (peer() != nullptr)
+    if (flyingEdgesModule().time != nullptr)
         _voxels = voxelsOf(volume, _size, _bytesEach);
 }
 
 std::optional<FlyingEdgesResult> FlyingEdges::run(double isovalue, std::size_t threads) const
 {
-    if (peer() == nullptr)
+    const peers::FlyingEdgesTime time = flyingEdgesModule().time;
+    if (time == nullptr)
         return std::nullopt;
     const std::array<int, 3> extent{_size.x, _size.y, _size.z};
     std::array<double, 4> answer{};
-    peer()(
+    time(
         extent.data(),
         static_cast<int>(_bytesEach),
         _voxels.data(),
         isovalue,
         static_cast<int>(threads),
-        1,
         answer.data());
     FlyingEdgesResult result;
     result.timing.least = answer[0];

@@ -1,26 +1,23 @@
 #include "isofront/bench/Peers.h"
 
-#ifdef ISOFRONT_WITH_VTK
-#include "peers/Vtk.h"
-
-#include <glm/geometric.hpp>
+#include "PeerModule.h"
 
 #include <utility>
-#endif
 
 namespace isofront::bench {
 
-#ifdef ISOFRONT_WITH_VTK
 namespace {
 
 surface::TriangleMesh byFlyingEdges(const GridSamples& grid, double isovalue)
 {
-    peers::VtkMesh made = peers::flyingEdges(
+    peers::VtkMesh made;
+    flyingEdgesModule().mesh(
         grid.values,
         grid.count,
         {grid.origin.x, grid.origin.y, grid.origin.z},
         grid.spacing,
-        isovalue);
+        isovalue,
+        made);
     surface::TriangleMesh mesh;
     for (std::size_t i = 0; i + 2 < made.positions.size(); i += 3) {
         mesh.positions.emplace_back(
@@ -34,15 +31,16 @@ surface::TriangleMesh byFlyingEdges(const GridSamples& grid, double isovalue)
 }
 
 } // namespace
-#endif
 
 const std::vector<GridPeer>& gridPeers()
 {
-    static const std::vector<GridPeer> peers = {
-#ifdef ISOFRONT_WITH_VTK
-        {"VTK " + peers::vtkVersion() + " flying edges", byFlyingEdges},
-#endif
-    };
+    static const std::vector<GridPeer> peers = [] {
+        std::vector<GridPeer> found;
+        const FlyingEdgesModule& vtk = flyingEdgesModule();
+        if (vtk.mesh != nullptr && vtk.version != nullptr)
+            found.push_back({"VTK " + std::string(vtk.version()) + " flying edges", byFlyingEdges});
+        return found;
+    }();
     return peers;
 }
 
