@@ -163,6 +163,8 @@ SuiteResult runPixelError(const Context& context)
                 const SurfaceError error =
                     measure.of(mesh.mesh, scene.view, pixels / surface::kErrorPerStep);
                 const double seen = std::max(error.toSurface.rms, error.toMesh.rms);
+                // One stray point of a few thousand can rule a root mean square.
+                const double nearlyAll = std::max(error.toSurface.p99, error.toMesh.p99);
                 table.add(
                     {textOf(filter),
                      std::to_string(n),
@@ -179,10 +181,10 @@ SuiteResult runPixelError(const Context& context)
                 if (pixels == asked.back() && n == 8 && filter == 0)
                     result.check(
                         "asking for less shows more error, " + series,
-                        seen > before,
-                        textOf(before) + " to " + textOf(seen) + " px");
+                        nearlyAll > before,
+                        textOf(before) + " to " + textOf(nearlyAll) + " px");
                 if (pixels == asked.front())
-                    before = seen;
+                    before = nearlyAll;
             }
         }
     result.tables = {std::move(table)};
