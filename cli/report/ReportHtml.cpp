@@ -309,8 +309,8 @@ core::Result<std::uint64_t>
 writeReportHtml(const FlightReport& report, const std::filesystem::path& path)
 {
     const FlightSummary summary = summarised(report.frames);
-    std::string html = charts::pageBegin("Flight over " + report.settings.source) +
-                       headingHtml(report, summary);
+    std::string html =
+        charts::pageBegin("Flight over " + report.settings.source) + headingHtml(report, summary);
     if (report.frames.empty())
         html += "<section><p>No frame was flown, so there is nothing to show.</p></section>\n";
     else

@@ -14,7 +14,7 @@ namespace {
 using core::ErrorCode;
 using core::failure;
 
-constexpr std::uint16_t kModelType = 1024; // 1 projected, 2 geographic
+constexpr std::uint16_t kModelType = 1024;  // 1 projected, 2 geographic
 constexpr std::uint16_t kRasterType = 1025; // 1 pixels are areas, 2 they are points
 constexpr std::uint16_t kLinearUnits = 3076;
 constexpr std::uint16_t kAngularUnits = 2054;
@@ -106,8 +106,8 @@ core::Result<std::optional<Placement>> placementOf(const raster::TiffPage& page)
     const auto model = tags.key(kModelType);
     // The tie point names a pixel's outer corner, or its own place.
     const double corner = tags.key(kRasterType).value_or(1) == 2 ? 1.0 : 0.0;
-    const glm::dvec2 middle = first + scale * glm::dvec2(0.5, -0.5) *
-                                          (glm::dvec2(page.width, page.height) - corner);
+    const glm::dvec2 middle =
+        first + scale * glm::dvec2(0.5, -0.5) * (glm::dvec2(page.width, page.height) - corner);
     if (model.value_or(0) == 2) {
         const auto unit = tags.key(kAngularUnits).value_or(9102);
         if (unit != 9102)
