@@ -10,14 +10,11 @@ int main(int argc, char** argv)
     using namespace isofront;
 
     CLI::App app{
-        "Isofront shows, streams and exports the isosurface of any scalar field at the detail a "
-        "view "
-        "needs.\n\n"
-        "SOURCE is a volume (.nrrd .nhdr .nii .nii.gz .mha .mhd .vdb .raw, a folder of\n"
-        "DICOM or TIFF slices), an elevation raster (.hgt .hgt.gz .tif .png) or a procedural "
-        "field, proc:NAME[?key=value&...]; 'isofront "
-        "info\n"
-        "proc:' lists those.\n"};
+        "Isofront shows, streams and exports the isosurface of any scalar field at the detail\n"
+        "a view needs.\n\n"
+        "SOURCE is a volume (.nrrd .nhdr .nii .nii.gz .mha .mhd .vdb .raw, a folder of DICOM\n"
+        "or TIFF slices), an elevation raster (.hgt .hgt.gz .tif .png) or a procedural field,\n"
+        "proc:NAME[?key=value&...]; 'isofront info proc:' lists those.\n"};
     app.name("isofront");
     app.require_subcommand(1);
     app.set_version_flag("--version", "isofront " ISOFRONT_VERSION);
@@ -31,7 +28,9 @@ int main(int argc, char** argv)
         "device, 6 resource limit, 130 interrupted. 'isofront COMMAND --help' tells more.");
 
     std::map<std::string, cli::Action> actions;
+#ifdef ISOFRONT_WITH_BENCH
     actions["bench"] = cli::addBench(app);
+#endif
     actions["extract"] = cli::addExtract(app);
     actions["info"] = cli::addInfo(app);
 #ifdef ISOFRONT_WITH_VULKAN
