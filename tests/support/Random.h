@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <random>
 
@@ -12,6 +13,15 @@ inline int intensity()
     const char* text = std::getenv("ISOFRONT_TEST_INTENSITY");
     const int value = text == nullptr ? 1 : std::atoi(text);
     return value > 0 ? value : 1;
+}
+
+/// So many trials, times ISOFRONT_TEST_INTENSITY, which may be a fraction here (for sanitizers,
+/// under which everything takes many times as long); at least one.
+inline int trials(int usual)
+{
+    const char* text = std::getenv("ISOFRONT_TEST_INTENSITY");
+    const double value = text == nullptr ? 1.0 : std::atof(text);
+    return std::max(1, static_cast<int>(usual * (value > 0 ? value : 1.0)));
 }
 
 /// A generator with a fixed seed, so that a failure can be repeated.
