@@ -37,10 +37,10 @@ public:
         std::uint8_t* const byte = &_bytes[3 * i / 2];
         if (i % 2 == 0) {
             byte[0] = static_cast<std::uint8_t>(code);
-            byte[1] = static_cast<std::uint8_t>((byte[1] & 0xF0U) | code >> 8U);
+            byte[1] = static_cast<std::uint8_t>((byte[1] & 0xF0U) | std::uint32_t{code} >> 8U);
         } else {
-            byte[0] = static_cast<std::uint8_t>((byte[0] & 0x0FU) | code << 4U);
-            byte[1] = static_cast<std::uint8_t>(code >> 4U);
+            byte[0] = static_cast<std::uint8_t>((byte[0] & 0x0FU) | std::uint32_t{code} << 4U);
+            byte[1] = static_cast<std::uint8_t>(std::uint32_t{code} >> 4U);
         }
     }
     [[nodiscard]] Value at(std::size_t i) const { return static_cast<Value>(from(i) & 0xFFFU); }
