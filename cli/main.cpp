@@ -13,11 +13,9 @@ int main(int argc, char** argv)
         "Isofront shows, streams and exports the isosurface of any scalar field at the detail a "
         "view "
         "needs.\n\n"
-        "SOURCE is a volume (.nrrd .nhdr .nii .nii.gz .mha .mhd .vdb .raw, a folder of\n"
-        "DICOM or TIFF slices), an elevation raster (.hgt .hgt.gz .tif .png) or a procedural "
-        "field, proc:NAME[?key=value&...]; 'isofront "
-        "info\n"
-        "proc:' lists those.\n"};
+        "SOURCE is a volume (.nrrd .nhdr .nii .nii.gz .mha .mhd .vdb .raw .tif, or a folder of\n"
+        "DICOM or TIFF slices), an elevation raster (.hgt .hgt.gz .tif .png) or a procedural\n"
+        "field, proc:NAME[?key=value&...]; 'isofront info proc:' lists those.\n"};
     app.name("isofront");
     app.require_subcommand(1);
     app.set_version_flag("--version", "isofront " ISOFRONT_VERSION);
