@@ -31,6 +31,7 @@ const std::vector<Suite>& suites()
          runNoise},
         {"extract", "How fast do volumes become triangles, against flying edges?", runExtract},
         {"view", "How fast is there what a view needs?", runView},
+        {"isovalue", "How soon is another isovalue there?", runIsovalue},
     };
     return all;
 }

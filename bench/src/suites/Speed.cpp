@@ -2,16 +2,15 @@
 // run.
 
 #include "FlyingEdges.h"
+#include "Scans.h"
 #include "Suites.h"
 #include "isofront/bench/Timing.h"
 #include "isofront/bench/Topology.h"
 
 #include <isofront/extractor/CellExtractor.h>
 #include <isofront/fields/Noise.h>
-#include <isofront/hierarchy/Criterion.h>
 #include <isofront/hierarchy/Diamond.h>
 #include <isofront/surface/MeshExtraction.h>
-#include <isofront/volume/LoadVolume.h>
 
 #include <hwy/targets.h>
 #include <malloc.h>
@@ -32,60 +31,6 @@ namespace isofront::bench {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-/// A file that figures are given for, if it is there.
-struct Scan {
-    const char* name;
-    const char* file;
-    double isovalue;
-};
-
-struct OpenScan {
-    std::string name;
-    double isovalue = 0;
-    volume::LoadedVolume volume;
-    hierarchy::Domain domain;
-    int nativeLevel = 0; ///< at which a step of a lattice of size 4 is one voxel
-};
-
-constexpr int kLatticeSize = 4;
-
-std::vector<OpenScan> opened(const Context& context, const std::vector<Scan>& scans)
-{
-    std::vector<OpenScan> found;
-    for (const Scan& scan : scans)
-        for (const std::filesystem::path& folder : context.dataFolders) {
-            std::error_code error;
-            if (!std::filesystem::exists(folder / scan.file, error))
-                continue;
-            auto volume = volume::loadVolume(folder / scan.file);
-            if (!volume)
-                continue;
-            OpenScan open;
-            open.name = scan.name;
-            open.isovalue = scan.isovalue;
-            open.volume = std::move(*volume);
-            open.domain = {
-                open.volume.domainOrigin, open.volume.domainEdge, open.volume.worldFromIndex};
-            while (hierarchy::axisStep(open.nativeLevel, kLatticeSize) * open.domain.edge > 1)
-                open.nativeLevel += 3;
-            found.push_back(std::move(open));
-            break;
-        }
-    return found;
-}
-
-std::shared_ptr<const extractor::CellExtractor>
-extractorFor(const OpenScan& scan, double filterStrength)
-{
-    extractor::ExtractionSettings settings;
-    settings.latticeSize = kLatticeSize;
-    settings.isovalue = volume::fieldIsovalue(scan.volume, scan.isovalue);
-    settings.filterStrength = filterStrength;
-    settings.cornerRadius = 2; // voxels: that of the native level, as the command has it
-    return std::make_shared<const extractor::CellExtractor>(
-        scan.volume.field, scan.domain, settings);
-}
 
 /// A number out of /proc/self/status [bytes]; NaN where there is none.
 double statusBytes(const std::string& entry)
@@ -212,9 +157,10 @@ SuiteResult runExtract(const Context& context)
             context.say(scan.name + ", " + std::to_string(threads) + " threads");
             FlyingEdges flyingEdges(scan.volume);
             std::optional<FlyingEdgesResult> peer;
-            const Extracted own = extracted(extractorFor(scan, 0), options, threads, runs, [&] {
-                peer = best(peer, flyingEdges.run(scan.isovalue, threads));
-            });
+            const Extracted own = extracted(
+                extractorFor(scan, scan.settings(scan.isovalue, 0)), options, threads, runs, [&] {
+                    peer = best(peer, flyingEdges.run(scan.isovalue, threads));
+                });
             const auto triangles = own.mesh.mesh.indices.size() / 3;
             const double each = own.timing.least / static_cast<double>(triangles);
             double peerEach = kUnknown;
@@ -338,19 +284,11 @@ SuiteResult runView(const Context& context)
             : std::vector<Scan>{{"silicium", "silicium_104x40x40_u8.nrrd", 128}};
     const auto runs = context.pick<std::size_t>(3, 7);
     for (const OpenScan& scan : opened(context, scans)) {
-        // from the front, to the left and above: 1.6 diagonals from the middle of the data
-        core::Box box;
-        for (unsigned corner = 0; corner < 8; ++corner)
-            box.include(scan.domain.worldFromField.point(
-                {(corner & 1U) != 0 ? scan.volume.dataBox.high.x : scan.volume.dataBox.low.x,
-                 (corner & 2U) != 0 ? scan.volume.dataBox.high.y : scan.volume.dataBox.low.y,
-                 (corner & 4U) != 0 ? scan.volume.dataBox.high.z : scan.volume.dataBox.low.z}));
         surface::MeshExtractionOptions options;
         options.detail.kind = surface::Detail::Kind::view;
         options.detail.level = scan.nativeLevel + 6;
         options.detail.pixelError = 1;
-        options.detail.view.eye =
-            box.centre() + 1.6 * glm::length(box.size()) * glm::dvec3(-0.36, -0.80, 0.48);
+        options.detail.view = scan.view();
         for (const std::size_t threads : {1U, 2U}) {
             if (context.isStopped())
                 return result;
@@ -358,10 +296,12 @@ SuiteResult runView(const Context& context)
             FlyingEdges flyingEdges(scan.volume);
             for (const double filter : {0.0, 1.0}) {
                 std::optional<FlyingEdgesResult> peer;
-                const Extracted own =
-                    extracted(extractorFor(scan, filter), options, threads, runs, [&] {
-                        peer = best(peer, flyingEdges.run(scan.isovalue, threads));
-                    });
+                const Extracted own = extracted(
+                    extractorFor(scan, scan.settings(scan.isovalue, filter)),
+                    options,
+                    threads,
+                    runs,
+                    [&] { peer = best(peer, flyingEdges.run(scan.isovalue, threads)); });
                 if (peer)
                     table.add(
                         {scan.name,

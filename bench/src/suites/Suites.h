@@ -11,6 +11,7 @@ SuiteResult runBounds(const Context& context);
 SuiteResult runExtract(const Context& context);
 SuiteResult runGrowth(const Context& context);
 SuiteResult runHilbert(const Context& context);
+SuiteResult runIsovalue(const Context& context);
 SuiteResult runKappa(const Context& context);
 SuiteResult runLattice(const Context& context);
 SuiteResult runNoise(const Context& context);
