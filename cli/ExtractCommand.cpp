@@ -1,5 +1,6 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "DetailOptions.h"
 #include "MeshOptions.h"
 #include "SourceArguments.h"
 
@@ -41,6 +42,7 @@ struct ExtractArguments {
     bool closed = false;
     bool estimateError = false;
     MeshOptions mesh;
+    DetailOptions detail;
     bool attributes = false;
     std::size_t threads = 0;
     bool json = false;
@@ -73,6 +75,15 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
     const int cap =
         std::min(native + (source.voxel ? source.levelsBelowVoxel : 18), hierarchy::kMaxLevel);
 
+    const auto request = arguments.detail.request();
+    if (!request)
+        return tl::unexpected<core::Error>(request.error());
+    if (!byView && (!arguments.detail.focus.empty() || arguments.detail.worldError > 0))
+        return core::failure(
+            ErrorCode::usage,
+            "--focus and --world-error go with --eye X,Y,Z: give it too, or use --max-error for "
+            "one error everywhere");
+
     surface::Detail detail;
     if (arguments.level) {
         if (*arguments.level < 0 || *arguments.level > hierarchy::kMaxLevel)
@@ -104,6 +115,7 @@ core::Result<surface::Detail> detailOf(const ExtractArguments& arguments, const 
         if (!size)
             return tl::unexpected<core::Error>(size.error());
         detail.kind = surface::Detail::Kind::view;
+        detail.settings = request->settings;
         detail.view.eye = *eye;
         detail.view.verticalFieldOfView = arguments.fov * 3.14159265358979323846 / 180;
         detail.view.width = size->width;
@@ -162,6 +174,7 @@ nlohmann::ordered_json settingsOf(
     } else {
         json["pixel_error"] = detail.pixelError;
         json["eye"] = {detail.view.eye.x, detail.view.eye.y, detail.view.eye.z};
+        DetailRequest{.settings = detail.settings}.describeDetail(json);
     }
     json["lattice"] = arguments.lattice;
     json["filter"] = settings.filterStrength;
@@ -347,6 +360,7 @@ Action addExtract(CLI::App& app)
             "(default "
             "with --eye)")
         ->check(within(0.0, 100.0));
+    arguments->detail.addDetailTo(*command);
     arguments->mesh.addTo(*command);
     command->add_flag(
         "--attributes",

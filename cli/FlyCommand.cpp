@@ -49,6 +49,7 @@ struct FlyArguments {
     int lattice = 16;
     double filter = 1;
     MeshOptions mesh;
+    DetailOptions detail;
     std::string out = "flight";
     std::string device;
     std::size_t threads = 0;
@@ -127,6 +128,10 @@ private:
                 "--window: this version flies without a window; leave it out and watch the video"};
         if (const auto checked = checkPixelError(_arguments.pixelError); !checked)
             return checked.error();
+        const auto detail = _arguments.detail.request();
+        if (!detail)
+            return detail.error();
+        _detail = *detail;
         if (!extractor::VolumeMesh::isValidSize(_arguments.lattice) || _arguments.lattice < 4)
             return core::Error{
                 ErrorCode::usage,
@@ -171,7 +176,8 @@ private:
                 _arguments.filter,
                 _arguments.pixelError,
                 false,
-                _arguments.mesh),
+                _arguments.mesh,
+                _detail),
             _jobs);
         _progress.show("finding a way", -1);
         _views = flightPath(
@@ -205,9 +211,11 @@ private:
             {"lattice", std::to_string(_arguments.lattice)},
             {"filter", brief(_arguments.filter)},
             {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
-        nlohmann::ordered_json mesh;
-        _arguments.mesh.describe(mesh);
-        for (const auto& [key, value] : mesh.items())
+        nlohmann::ordered_json others;
+        _arguments.mesh.describe(others);
+        _detail.describeDetail(others);
+        _detail.describeCeilings(others);
+        for (const auto& [key, value] : others.items())
             settings.others.emplace_back(
                 key, value.is_string() ? value.get<std::string>() : value.dump());
     }
@@ -275,6 +283,7 @@ private:
         record.cellsFromCache = stats.cellsFromCache - _before.cellsFromCache;
         record.cellsPending = stats.pendingCells;
         record.uploadedBytes = upload->uploadedBytes;
+        record.effectivePixelError = stats.effectivePixelError;
         record.meshBytes = stats.meshBytes;
         record.cacheBytes = stats.cacheBytes;
         record.deviceBytes = drawn->deviceBytes;
@@ -347,6 +356,7 @@ private:
             };
             json["cpu_milliseconds"] = spread(summary.cpuMilliseconds);
             json["gpu_milliseconds"] = spread(summary.gpuMilliseconds);
+            json["effective_pixel_error_max"] = summary.maxEffectivePixelError;
             json["mean_triangles"] = summary.meanTriangles;
             json["cells_extracted"] = summary.cellsExtracted;
             json["cells_skipped"] = summary.cellsSkipped;
@@ -365,6 +375,10 @@ private:
             summary.gpuMilliseconds.p50,
             _report.settings.device.c_str());
         _progress.say(line.data());
+        if (const std::string note =
+                coarserNote(_arguments.pixelError, summary.maxEffectivePixelError);
+            !note.empty())
+            _progress.say(note);
         for (const std::filesystem::path& name :
              {_report.video,
               _report.contactSheet,
@@ -390,6 +404,7 @@ private:
     Progress& _progress;
     std::stop_token _stop;
     Source _source;
+    DetailRequest _detail;
     std::optional<Studio> _studio;
     std::shared_ptr<core::Jobs> _jobs;
     std::optional<surface::Surface> _surface;
@@ -443,6 +458,8 @@ Action addFly(CLI::App& app)
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
         ->check(within(0.0, 100.0))
         ->capture_default_str();
+    arguments->detail.addDetailTo(*command);
+    arguments->detail.addCeilingsTo(*command);
     arguments->mesh.addTo(*command);
     command->add_option("--out", arguments->out, "folder for what is made")->capture_default_str();
     command->add_option(

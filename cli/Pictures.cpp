@@ -62,7 +62,8 @@ surface::SurfaceOptions surfaceOptions(
     double filter,
     double pixelError,
     bool closed,
-    const MeshOptions& mesh)
+    const MeshOptions& mesh,
+    const DetailRequest& detail)
 {
     surface::SurfaceOptions options;
     options.extraction.latticeSize = lattice;
@@ -71,6 +72,7 @@ surface::SurfaceOptions surfaceOptions(
     options.extraction.closed = closed;
     mesh.applyTo(options.extraction);
     options.pixelError = pixelError;
+    detail.applyTo(options);
     if (!source.voxel)
         return options;
     const int native = levelForStep(*source.voxel / source.domain.edge, lattice);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "DetailOptions.h"
 #include "MeshOptions.h"
 #include "Source.h"
 
@@ -45,6 +46,7 @@ surface::SurfaceOptions surfaceOptions(
     double filter,
     double pixelError,
     bool closed,
-    const MeshOptions& mesh);
+    const MeshOptions& mesh,
+    const DetailRequest& detail);
 
 } // namespace isofront::cli

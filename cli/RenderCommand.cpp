@@ -33,6 +33,7 @@ struct RenderArguments {
     double filter = 1;
     bool closed = false;
     MeshOptions mesh;
+    DetailOptions detail;
     std::string device;
     std::size_t threads = 0;
     bool json = false;
@@ -50,6 +51,9 @@ int render(const RenderArguments& arguments)
         return report(size.error());
     if (const auto checked = checkPixelError(arguments.pixelError); !checked)
         return report(checked.error());
+    const auto detail = arguments.detail.request();
+    if (!detail)
+        return report(detail.error());
     if (!arguments.output.ends_with(".png"))
         return report({ErrorCode::usage, arguments.output + ": pictures are written as .png"});
     if (const auto folder = checkFolderOf(arguments.output); !folder)
@@ -96,7 +100,8 @@ int render(const RenderArguments& arguments)
             arguments.filter,
             arguments.pixelError,
             arguments.closed,
-            arguments.mesh),
+            arguments.mesh,
+            *detail),
         jobs);
     const hierarchy::View view =
         viewTo(source->eye, source->target, arguments.fov, size->width, size->height);
@@ -131,6 +136,9 @@ int render(const RenderArguments& arguments)
         progress.say(
             "warning: " + grouped(stats.sanitisedSamples) +
             " samples were not finite or huge; they were clamped, and NaN counts as outside");
+    if (const std::string note = coarserNote(arguments.pixelError, stats.effectivePixelError);
+        !note.empty())
+        progress.say(note);
     if (!arguments.json) {
         progress.say(
             arguments.output + ": " + std::to_string(size->width) + "x" +
@@ -147,6 +155,7 @@ int render(const RenderArguments& arguments)
     json["eye"] = point(source->eye);
     json["target"] = point(source->target);
     json["pixel_error"] = arguments.pixelError;
+    json["effective_pixel_error"] = stats.effectivePixelError;
     json["triangles"] = stats.triangles;
     json["triangles_drawn"] = frame->triangles;
     json["cells"] = stats.frontCells;
@@ -155,11 +164,14 @@ int render(const RenderArguments& arguments)
     json["samples"] = stats.samples;
     json["sanitised_samples"] = stats.sanitisedSamples;
     json["mesh_bytes"] = stats.meshBytes;
+    json["surface_bytes"] = stats.totalBytes;
     json["seconds"] = {
         {"total", std::chrono::duration<double>(Clock::now() - start).count()},
         {"extract", extractSeconds}};
     json["peak_rss_bytes"] = core::peakResidentBytes();
     json["threads"] = jobs->concurrency();
+    detail->describeDetail(json["settings"]);
+    detail->describeCeilings(json["settings"]);
     print(json);
     return 0;
 }
@@ -193,6 +205,8 @@ Action addRender(CLI::App& app)
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
         ->check(within(0.0, 100.0))
         ->capture_default_str();
+    arguments->detail.addDetailTo(*command);
+    arguments->detail.addCeilingsTo(*command);
     arguments->mesh.addTo(*command);
     command->add_flag("--closed", arguments->closed, "close the surface at the border of the data");
     command->add_option(

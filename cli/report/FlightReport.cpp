@@ -58,6 +58,8 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
         summary.maxTriangles = std::max(summary.maxTriangles, frame.triangles);
         summary.maxDraws = std::max(summary.maxDraws, frame.draws);
         summary.maxShownCells = std::max(summary.maxShownCells, frame.shownCells);
+        summary.maxEffectivePixelError =
+            std::max(summary.maxEffectivePixelError, frame.effectivePixelError);
         summary.maxCellsPending = std::max(summary.maxCellsPending, frame.cellsPending);
         summary.cellsExtracted += frame.cellsExtracted;
         summary.cellsSkipped += frame.cellsSkipped;

@@ -28,6 +28,9 @@ struct FrameRecord {
     std::uint64_t cellsFromCache = 0; ///< since the frame before
     std::uint64_t cellsPending = 0;   ///< wanted, and not there yet
 
+    /// What the ceilings of the surface left of the error asked for [px]; 0 if nobody told.
+    double effectivePixelError = 0;
+
     std::uint64_t uploadedBytes = 0; ///< to the device, for this frame
     std::uint64_t meshBytes = 0;     ///< of the shown cells' meshes
     std::uint64_t cacheBytes = 0;    ///< of meshes kept for later
@@ -74,6 +77,7 @@ struct FlightSummary {
     Spread cpuMilliseconds, gpuMilliseconds, updateMilliseconds;
     double seconds = 0; ///< from the first frame to the last
     double meanTriangles = 0;
+    double maxEffectivePixelError = 0; ///< [px]
     std::uint64_t maxTriangles = 0, maxDraws = 0, maxShownCells = 0, maxCellsPending = 0;
     std::uint64_t cellsExtracted = 0, cellsSkipped = 0, cellsFromCache = 0; ///< in all
     std::uint64_t uploadedBytes = 0;                                        ///< in all

@@ -473,6 +473,55 @@ TEST_F(Command, makesAValidFileOfAnEmptySurfaceAndWarns)
     }
 }
 
+TEST_F(Command, extractsAPlaceOfInterestFinerThanTheViewerNeedsIt)
+{
+    const auto trianglesNear = [&](const std::string& options) {
+        const Outcome outcome =
+            run("extract proc:sphere --eye 6,0,0 --pixel-error 4 --size 400x300 --json -o a.ply " +
+                options);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
+        const PlyMesh mesh(folder / "a.ply");
+        EXPECT_TRUE(mesh.openEdges(false).empty());
+        std::array<std::size_t, 2> count{}; // inside the place, and on the other side of the ball
+        for (const auto& t : mesh.triangles) {
+            const auto& v = mesh.vertices[t[0]];
+            count[0] += std::hypot(v[0], v[1], v[2] - 1) < 0.25 ? 1U : 0U;
+            count[1] += v[2] < -0.5 ? 1U : 0U;
+        }
+        return count;
+    };
+    const auto without = trianglesNear("");
+    const auto with = trianglesNear("--focus 0,0,1,0.25,0.002 --focus 0,1,0,0.1,0.01");
+    EXPECT_GT(with[0], 10 * without[0]);
+    EXPECT_EQ(with[1], without[1]);
+    EXPECT_GT(trianglesNear("--world-error 0.004")[1], 10 * without[1]);
+}
+
+TEST_F(Command, refusesPlacesAndCeilingsThatMakeNoSense)
+{
+    for (const char* focus :
+         {"1,2,3", "0,0,0,1,0", "0,0,0,-1,1", "0,0,0,1,nan", "0,0,0,1,1,1", "0,0,0,1,1,", "a"})
+        expectFailure(
+            std::string("extract proc:sphere --eye 3,0,0 -o a.ply --focus ") + focus,
+            2,
+            {"--focus", focus, "X,Y,Z,R,E"});
+    expectFailure("extract proc:sphere -o a.ply --focus 0,0,0,1,1", 2, {"--focus", "--eye"});
+    expectFailure(
+        "extract proc:sphere --eye 3,0,0 -o a.ply --world-error -1", 2, {"--world-error"});
+#ifdef ISOFRONT_WITH_VULKAN
+    for (const char* command : {"render proc:sphere -o a.png ", "fly proc:sphere --out f "}) {
+        expectFailure(std::string(command) + "--focus 1,2", 2, {"--focus", "1,2"});
+        expectFailure(std::string(command) + "--world-error inf", 2, {"--world-error"});
+        expectFailure(std::string(command) + "--max-cells 5", 2, {"--max-cells", "6"});
+        expectFailure(std::string(command) + "--max-triangles -3", 2, {"--max-triangles"});
+        for (const char* size : {"12", "1QiB", "-1GiB", "nan", "lots", "2GB", "1e30"})
+            expectFailure(
+                std::string(command) + "--max-memory " + size, 2, {"--max-memory", size, "MiB"});
+    }
+    EXPECT_FALSE(fs::exists(folder / "f"));
+#endif
+}
+
 #ifdef ISOFRONT_WITH_VULKAN
 TEST_F(Command, saysThatThereIsNoDevice)
 {
@@ -505,6 +554,49 @@ TEST_F(Command, drawsAVolumeAndFliesOverATerrain)
     const Json report = Json::parse(contentsOf(folder / "flight" / "report.json"));
     EXPECT_EQ(report["frames"].size(), 3U);
     EXPECT_GT(report["frames"][0]["triangles"], 100);
+}
+
+TEST_F(Command, keepsItsCeilingsAndTellsWhatTheyCost)
+{
+    const auto drawn = [&](const std::string& options) {
+        const Outcome outcome =
+            run("render proc:gyroid --size 160x120 --pixel-error 1 --json -o a.png " + options,
+                "ISOFRONT_DEVICE=cpu");
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
+        return Json::parse(outcome.output);
+    };
+    const Json free = drawn("");
+    EXPECT_EQ(free["effective_pixel_error"], 1.0);
+    EXPECT_TRUE(free["settings"]["max_cells"].is_null());
+    for (const auto& [option, setting, key] :
+         {std::array{"--max-cells", "max_cells", "cells"},
+          std::array{"--max-triangles", "max_triangles", "triangles"},
+          std::array{"--max-memory", "max_memory_bytes", "surface_bytes"}}) {
+        const std::size_t most = free[key].get<std::size_t>() / 3;
+        const Json bounded = drawn(std::string(option) + " " + std::to_string(most));
+        EXPECT_LE(bounded[key], most) << option;
+        EXPECT_GT(bounded["triangles"], 100) << option;
+        EXPECT_GT(bounded["effective_pixel_error"], 1.0) << option;
+        EXPECT_EQ(bounded["settings"][setting], most);
+    }
+    const Json focused = drawn("--focus 0,0,0,0.2,0.001");
+    EXPECT_GT(focused["triangles"], free["triangles"]);
+    EXPECT_EQ(focused["settings"]["focus"][0]["radius"], 0.2);
+
+    const Outcome flown =
+        run("fly --frames 3 --size 160x90 --pixel-error 4 --lattice 4 --max-triangles 20000 "
+            "--out flight --json",
+            "ISOFRONT_DEVICE=cpu");
+    ASSERT_EQ(flown.exitCode, 0) << flown.errors;
+    const double effective = Json::parse(flown.output)["effective_pixel_error_max"];
+    EXPECT_GT(effective, 4.0);
+    const Json report = Json::parse(contentsOf(folder / "flight" / "report.json"));
+    EXPECT_EQ(report["settings"]["others"]["max_triangles"], "20000");
+    EXPECT_EQ(report["summary"]["effective_pixel_error_max"], effective);
+    for (const Json& frame : report["frames"]) {
+        EXPECT_LE(frame["triangles"], 20000);
+        EXPECT_LE(frame["effective_pixel_error"], effective);
+    }
 }
 #endif
 

@@ -60,7 +60,8 @@ public:
             error = refineToLevel(detail.level);
         else if (detail.kind == Detail::Kind::view)
             error = refine(
-                viewCriterion(_extractor, detail.view.pixelsPerUnit(), detail.pixelError),
+                viewCriterion(
+                    _extractor, detail.view.pixelsPerUnit(), detail.pixelError, detail.settings),
                 detail.view,
                 detail.level);
         else

@@ -5,6 +5,7 @@
 #include <isofront/extractor/CellExtractor.h>
 #include <isofront/hierarchy/Criterion.h>
 #include <isofront/hierarchy/View.h>
+#include <isofront/surface/DetailSettings.h>
 #include <isofront/surface/TriangleMesh.h>
 
 #include <cstddef>
@@ -27,6 +28,8 @@ struct Detail {
     double maxError = 0;   ///< for `error` [world]
     hierarchy::View view;  ///< for `view`
     double pixelError = 2; ///< for `view` [px]
+    /// For `view`: what decides beside the pixels.
+    DetailSettings settings;
 };
 
 struct MeshExtractionOptions {
