@@ -408,7 +408,7 @@ TEST(Graph, leavesOutWhatCannotMatter)
     // Where it can matter, and where it is needed for something else as well.
     EXPECT_EQ(askedOf([&](const Node& s) { return min(x, within(s)); }, box), 512U);
     EXPECT_EQ(askedOf([&](const Node& s) { return max(x, within(s)) + s; }, box), 512U);
-    EXPECT_EQ(askedOf([&](const Node& s) { return smoothMax(x, within(s), 12); }, box), 512U);
+    EXPECT_EQ(askedOf([&](const Node& s) { return smoothMax(x, within(s), 30); }, box), 512U);
 }
 
 TEST(Graph, computesOnceWhatIsUsedTwice)
