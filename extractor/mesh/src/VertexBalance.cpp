@@ -27,7 +27,7 @@ squaredLengths(const hierarchy::Tetrahedron& cell, const CellGeometry& geometry,
     const double segments = 4.0 * latticeSize * latticeSize;
     for (unsigned feature = 1; feature < 15; ++feature) {
         // in the order that all cells around the feature share
-        std::array<glm::dvec3, 3> corner;
+        std::array<glm::dvec3, 3> corner{};
         std::size_t count = 0;
         for (const std::size_t k : geometry.sorted)
             if ((feature >> k & 1U) == 0)
