@@ -493,7 +493,9 @@ TEST_F(Command, extractsAPlaceOfInterestFinerThanTheViewerNeedsIt)
     const auto without = trianglesNear("");
     const auto with = trianglesNear("--focus 0,0,1,0.25,0.002 --focus 0,1,0,0.1,0.01");
     EXPECT_GT(with[0], 10 * without[0]);
-    EXPECT_EQ(with[1], without[1]);
+    // Conforming cells carry some of it further, but not to the other side: there, on sixteen times
+    // the area, are fewer triangles than in the place.
+    EXPECT_LT(with[1], with[0]);
     EXPECT_GT(trianglesNear("--world-error 0.004")[1], 10 * without[1]);
 }
 
@@ -560,13 +562,13 @@ TEST_F(Command, keepsItsCeilingsAndTellsWhatTheyCost)
 {
     const auto drawn = [&](const std::string& options) {
         const Outcome outcome =
-            run("render proc:gyroid --size 160x120 --pixel-error 1 --json -o a.png " + options,
+            run("render proc:gyroid --size 160x120 --pixel-error 0.25 --json -o a.png " + options,
                 "ISOFRONT_DEVICE=cpu");
         EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
         return Json::parse(outcome.output);
     };
     const Json free = drawn("");
-    EXPECT_EQ(free["effective_pixel_error"], 1.0);
+    EXPECT_EQ(free["effective_pixel_error"], 0.25);
     EXPECT_TRUE(free["settings"]["max_cells"].is_null());
     for (const auto& [option, setting, key] :
          {std::array{"--max-cells", "max_cells", "cells"},
@@ -576,7 +578,7 @@ TEST_F(Command, keepsItsCeilingsAndTellsWhatTheyCost)
         const Json bounded = drawn(std::string(option) + " " + std::to_string(most));
         EXPECT_LE(bounded[key], most) << option;
         EXPECT_GT(bounded["triangles"], 100) << option;
-        EXPECT_GT(bounded["effective_pixel_error"], 1.0) << option;
+        EXPECT_GT(bounded["effective_pixel_error"], 0.25) << option;
         EXPECT_EQ(bounded["settings"][setting], most);
     }
     const Json focused = drawn("--focus 0,0,0,0.2,0.001");
