@@ -17,6 +17,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace isofront::cli {
 
@@ -259,7 +261,13 @@ int extract(const ExtractArguments& arguments)
     if (!written)
         return report(written.error());
     progress.finish();
-    for (const std::string& warning : written->warnings)
+    std::vector<std::string> warnings = written->warnings;
+    if (detail->kind == surface::Detail::Kind::error && result->errorMax > detail->maxError)
+        warnings.push_back(
+            "--max-error " + brief(detail->maxError) + " is not reached: the estimated error is " +
+            brief(result->errorMax) + " somewhere, and cells are not refined beyond level " +
+            std::to_string(detail->level));
+    for (const std::string& warning : warnings)
         progress.say("warning: " + warning);
     if (result->sanitisedSamples > 0)
         progress.say(
@@ -311,7 +319,7 @@ int extract(const ExtractArguments& arguments)
     json["peak_rss_bytes"] = core::peakResidentBytes();
     json["threads"] = threads;
     json["settings"] = settingsJson;
-    json["warnings"] = written->warnings;
+    json["warnings"] = warnings;
     print(json);
     return 0;
 }

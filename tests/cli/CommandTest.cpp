@@ -499,6 +499,24 @@ TEST_F(Command, extractsAPlaceOfInterestFinerThanTheViewerNeedsIt)
     EXPECT_GT(trianglesNear("--world-error 0.004")[1], 10 * without[1]);
 }
 
+TEST_F(Command, warnsWhereTheFinestLevelDoesNotReachTheErrorAskedFor)
+{
+    const std::string extract =
+        "extract " + shipped("nucleon_41x41x41_u8.nrrd") + " --isovalue 140 --json -o a.ply ";
+    const Outcome tooFine = run(extract + "--max-error 1e-9");
+    ASSERT_EQ(tooFine.exitCode, 0) << tooFine.errors;
+    const Json report = Json::parse(tooFine.output);
+    EXPECT_GT(report["estimated_error"]["max"], 1e-9);
+    ASSERT_EQ(report["warnings"].size(), 1U);
+    EXPECT_NE(report["warnings"][0].get<std::string>().find("--max-error"), std::string::npos);
+    EXPECT_NE(tooFine.errors.find("not reached"), std::string::npos);
+
+    const Json reached =
+        Json::parse(run("extract proc:sphere --max-error 0.01 --json -o a.ply").output);
+    EXPECT_LE(reached["estimated_error"]["max"], 0.01);
+    EXPECT_TRUE(reached["warnings"].empty());
+}
+
 TEST_F(Command, refusesPlacesAndCeilingsThatMakeNoSense)
 {
     for (const char* focus :
