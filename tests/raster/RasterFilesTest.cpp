@@ -304,7 +304,7 @@ TEST_F(RasterFiles, gzippedAreUnpackedAndWhatIsCutShortIsTold)
 {
     std::string text;
     for (int i = 0; i < 100'000; ++i)
-        text += static_cast<char>(i * i >> 3);
+        text += static_cast<char>(static_cast<unsigned>(i) * static_cast<unsigned>(i) >> 3);
     const auto readBack = [&](const std::string& bytes, std::uint64_t most) {
         return readFileBytes(folder.file("f", bytes), most);
     };
