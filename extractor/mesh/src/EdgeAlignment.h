@@ -12,11 +12,24 @@ namespace isofront::extractor {
 
 /// What aligning edges reuses from cell to cell.
 struct AlignmentScratch {
+    static constexpr std::uint32_t kNone = 0xffffffffU;
+
+    /// What a side of a triangle adds to its error.
+    struct Side {
+        double bend = 0;    ///< how much the normal turns along it, times its length [cell units]
+        double squared = 0; ///< its length [cell units]
+        double turn = 0;    ///< the squared difference of its ends' normals
+    };
+
     std::vector<glm::dvec3> position;
     std::vector<std::uint32_t> firstCorner; ///< by vertex
-    std::vector<std::uint32_t> nextCorner;  ///< of the same vertex
-    std::vector<std::uint8_t> changed;      ///< by triangle, in this round
-    std::vector<std::uint8_t> changedBefore;
+    // by corner, for the side from its vertex to the next one's
+    std::vector<std::uint32_t> nextCorner; ///< of the same vertex
+    std::vector<std::uint32_t> across;     ///< the corner of the same side in the other triangle
+    std::vector<Side> side;
+    std::vector<std::uint8_t> waiting; ///< in the queue
+    std::vector<double> error;         ///< by triangle
+    std::vector<std::uint32_t> queue;
 };
 
 /// Replaces the edge between two triangles by the other diagonal of their quadrangle wherever that

@@ -157,7 +157,8 @@ public:
 
 private:
     /// The stages between contouring and normals.
-    void polish(
+    /// @return whether the scratch holds the normals of the vertices already
+    bool polish(
         const hierarchy::Tetrahedron& cell,
         const CellGeometry& geometry,
         const CellFrame& frame,
