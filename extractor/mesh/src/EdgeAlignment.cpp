@@ -22,7 +22,7 @@ constexpr double kGain = 0.999;
 constexpr double kFlat = 2e-3;
 /// How much of it the normals' turning adds, since what they tell of the surface between them is
 /// then worth less.
-constexpr double kDoubt = 0.25;
+constexpr double kDoubt = 0.5;
 
 class Aligner {
 public:
@@ -145,9 +145,9 @@ private:
             return;
         const TriangleShape adc = shape(a, d, c);
         const TriangleShape dbc = shape(d, b, c);
-        const Side across_ = sideOf(d, c);
-        const double errorOne = error(adc, _s.side[other], across_, _s.side[third]);
-        const double errorTwo = error(dbc, _s.side[last], _s.side[second], across_);
+        const Side diagonal = sideOf(d, c);
+        const double errorOne = error(adc, _s.side[other], diagonal, _s.side[third]);
+        const double errorTwo = error(dbc, _s.side[last], _s.side[second], diagonal);
         if (!(errorOne + errorTwo < kGain * (_s.error[one] + _s.error[two])))
             return;
         const TriangleShape abc = shape(a, b, c);
@@ -175,8 +175,8 @@ private:
         join(second, other);
         _s.side[corner] = _s.side[other];
         _s.side[across] = _s.side[second];
-        _s.side[second] = across_;
-        _s.side[other] = across_;
+        _s.side[second] = diagonal;
+        _s.side[other] = diagonal;
         _s.error[one] = errorOne;
         _s.error[two] = errorTwo;
         for (const std::uint32_t changed : {corner, third, across, last})
@@ -203,18 +203,14 @@ private:
             _s.side[corner + 2]);
     }
 
-    /// The integral over a triangle of the squared distance of the quadratic surface through its
-    /// corners, times 720.
+    /// The area of a triangle times the sum of its sides' squared errors.
     [[nodiscard]] double
     error(const TriangleShape& shape, const Side& p, const Side& q, const Side& r) const
     {
-        const double sum = p.bend + q.bend + r.bend;
-        const double squares = p.bend * p.bend + q.bend * q.bend + r.bend * r.bend;
-        const double round = p.squared + q.squared + r.squared;
-        const double rounds = p.squared * p.squared + q.squared * q.squared + r.squared * r.squared;
+        const double bent = p.bend * p.bend + q.bend * q.bend + r.bend * r.bend;
+        const double round = p.squared * p.squared + q.squared * q.squared + r.squared * r.squared;
         const double flat = _perStep * (kFlat + kDoubt * (p.turn + q.turn + r.turn));
-        const double area = 0.5 * std::sqrt(shape.squaredNormal);
-        return area * (squares + sum * sum + flat * flat * (rounds + round * round));
+        return std::sqrt(shape.squaredNormal) * (bent + flat * flat * round);
     }
 
     RoughMesh& _mesh;
