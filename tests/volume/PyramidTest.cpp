@@ -1,6 +1,8 @@
 #include "FilterBands.h"
+#include "FilterKernel.h"
 #include "LevelAxis.h"
 #include "fields/FieldChecks.h"
+#include "support/Random.h"
 #include "volume/Files.h"
 
 #include <isofront/volume/VolumeField.h>
@@ -104,6 +106,52 @@ TEST(FilterBands, countFewLevelsWhoseWeightsAddUpToOne)
         EXPECT_EQ(all.first, top);
         EXPECT_EQ(all.count, 1);
         EXPECT_EQ(all.weight[0], 1.0);
+    }
+}
+
+TEST(FilterBands, weighABlockAsEachOfItsPointsOnEveryInstructionSet)
+{
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    auto generator = tests::random(31);
+    for (const int top : {0, 1, 2, 5, 9, 31}) {
+        for (int trial = 0; trial < 40; ++trial) {
+            const std::size_t count = 1 + tests::below(generator, detail::kBlock);
+            std::vector<double> radii(count);
+            const double least = tests::uniform(generator, -3, top + 6);
+            const double most = tests::uniform(generator, least, top + 6);
+            for (double& radius : radii) {
+                radius = std::exp2(tests::uniform(generator, least, most));
+                if (trial % 2 == 0 && tests::below(generator, 10) == 0) {
+                    const std::array<double, 8> rare = {
+                        0.0,
+                        -1.0,
+                        5e-324,
+                        kInfinity,
+                        std::nan(""),
+                        detail::kPlainRadius,
+                        std::nextafter(detail::kPlainRadius, 1.0),
+                        16 * detail::kPlainRadius};
+                    radius = rare[tests::below(generator, rare.size())];
+                }
+            }
+            fields::test::onEveryInstructionSet([&](const std::string& target) {
+                const auto found = std::make_unique<detail::BlockWeights>();
+                detail::weighLevels(radii.data(), count, top, *found);
+                for (std::size_t i = 0; i < count; ++i) {
+                    const detail::LevelWeights own = detail::levelWeights(radii[i], top);
+                    ASSERT_LE(found->first, own.first);
+                    ASSERT_GE(found->end, own.first + own.count);
+                    for (int level = found->first; level < found->end; ++level) {
+                        const int place = level - own.first;
+                        const double expected = place >= 0 && place < own.count
+                                                    ? own.weight[static_cast<std::size_t>(place)]
+                                                    : 0.0;
+                        ASSERT_EQ(found->rows[static_cast<std::size_t>(level)][i], expected)
+                            << target << ' ' << radii[i] << ", level " << level << " of " << top;
+                    }
+                }
+            });
+        }
     }
 }
 

@@ -8,26 +8,18 @@ namespace isofront::volume::detail {
 
 namespace {
 
-constexpr double kCyclesPerVoxel = 0.3; ///< f_0
-/// How much of the exponential is cut off at each end.
-constexpr double kCut = 1.0 / 64.0;
-
-/// exp(-u) for 0 <= u <= 1/15, by its series: to the last bits, and the same on every machine.
+/// exp(-u) for 0 <= u <= 1/15, the same on every machine.
 double smallExponential(double u)
 {
-    double series = 1.0 - u * (1.0 / 8);
-    series = 1.0 - u * series * (1.0 / 7);
-    series = 1.0 - u * series * (1.0 / 6);
-    series = 1.0 - u * series * (1.0 / 5);
-    series = 1.0 - u * series * (1.0 / 4);
-    series = 1.0 - u * series * (1.0 / 3);
-    series = 1.0 - u * series * (1.0 / 2);
-    return 1.0 - u * series;
+    double series = kExponentialSeries[0];
+    for (std::size_t i = 1; i < kExponentialSeries.size(); ++i)
+        series = series * u + kExponentialSeries[i];
+    return series;
 }
 
 double stretched(double exponential)
 {
-    return std::clamp((exponential - kCut) / (1.0 - 2.0 * kCut), 0.0, 1.0);
+    return std::clamp((exponential - kCut) * kStretch, 0.0, 1.0);
 }
 
 double toTheFourth(double value)
@@ -57,21 +49,25 @@ ScaledRadius scaled(double radius)
     return result;
 }
 
-/// So large that of the levels up to `top` only the last is left.
-bool leavesOnlyTop(double radius, int top)
-{
-    return radius >= std::ldexp(16.0 * kPlainRadius, top);
-}
-
 /// No c_k between the first and the last exceeds the greatest difference of a number and its
 /// fourth power, stretched.
 constexpr double kMostBetween = 0.49;
 
 } // namespace
 
+double topRadius(int top)
+{
+    return std::ldexp(16.0 * kPlainRadius, top);
+}
+
+int coarsestDamped(double radius)
+{
+    return scaled(radius).band;
+}
+
 double bandWeight(int band, double radius)
 {
-    if (leavesOnlyTop(radius, band + 1))
+    if (radius >= topRadius(band + 1))
         return 0.0;
     const ScaledRadius relative = scaled(radius);
     if (band > relative.band)
@@ -87,7 +83,7 @@ LevelWeights levelWeights(double radius, int top)
     LevelWeights result;
     if (!(radius > kPlainRadius) || top == 0)
         return result;
-    if (leavesOnlyTop(radius, top)) {
+    if (radius >= topRadius(top)) {
         result.first = top;
         return result;
     }

@@ -25,10 +25,25 @@ namespace isofront::volume::detail {
 /// Filter radius up to which a volume is as it is: w is 1 for all bands [voxels].
 inline constexpr double kPlainRadius = 0.4183081927125445;
 
+inline constexpr double kCyclesPerVoxel = 0.3; ///< f_0
+/// How much of the exponential is cut off at each end, and by how much the rest is stretched.
+inline constexpr double kCut = 1.0 / 64.0;
+inline constexpr double kStretch = 1.0 / (1.0 - 2.0 * kCut);
+
+/// Those of exp(-u) for 0 <= u <= 1/15, the highest power first: exact to the last bits.
+inline constexpr std::array<double, 9> kExponentialSeries = {
+    1.0 / 40320, -1.0 / 5040, 1.0 / 720, -1.0 / 120, 1.0 / 24, -1.0 / 6, 0.5, -1.0, 1.0};
+
+/// The coarsest band that is damped at a finite radius, -1 if none is.
+int coarsestDamped(double radius);
+
+/// A radius from which on, of the levels up to `top`, only the last is left [voxels].
+double topRadius(int top);
+
 /// w at the frequency of a band, for any radius >= 0, infinity included: falls from 1 to 0.
 double bandWeight(int band, double radius);
 
-/// How much each level counts at one radius.
+/// How much each level counts at one radius. For many at once see FilterKernel.h.
 struct LevelWeights {
     static constexpr std::size_t kMost = 8;
 

@@ -28,7 +28,9 @@ namespace isofront::volume::detail {
 class TwelveBitCodes {
 public:
     using Value = std::uint16_t;
+    static constexpr NodeType kNodeType = NodeType::codes12;
     static constexpr int kMostCode = 4095;
+    static constexpr int kTogether = 2; ///< a row begins where codes begin with a byte
 
     explicit TwelveBitCodes(std::size_t count) : _bytes((3 * count + 1) / 2 + kPadding) {}
 
@@ -44,14 +46,7 @@ public:
         }
     }
     [[nodiscard]] Value at(std::size_t i) const { return static_cast<Value>(from(i) & 0xFFFU); }
-    /// Codes i and i + 1; the latter means nothing if it is not there.
-    [[nodiscard]] std::array<double, 2> pair(std::size_t i) const
-    {
-        const std::uint32_t both = from(i);
-        return {
-            static_cast<double>(static_cast<int>(both & 0xFFFU)),
-            static_cast<double>(static_cast<int>(both >> 12U & 0xFFFU))};
-    }
+    [[nodiscard]] const void* data() const { return _bytes.data(); }
     [[nodiscard]] std::size_t bytes() const { return _bytes.size(); }
 
 private:
@@ -74,16 +69,16 @@ template <typename V>
 class WholeCodes {
 public:
     using Value = V;
+    static constexpr NodeType kNodeType =
+        std::is_floating_point_v<V> ? NodeType::float32 : NodeType::codes16;
     static constexpr int kMostCode = 65535;
+    static constexpr int kTogether = 1;
 
-    explicit WholeCodes(std::size_t count) : _values(count + 1) {}
+    explicit WholeCodes(std::size_t count) : _values(count) {}
 
     void set(std::size_t i, Value value) { _values[i] = value; }
     [[nodiscard]] Value at(std::size_t i) const { return _values[i]; }
-    [[nodiscard]] std::array<double, 2> pair(std::size_t i) const
-    {
-        return {static_cast<double>(_values[i]), static_cast<double>(_values[i + 1])};
-    }
+    [[nodiscard]] const void* data() const { return _values.data(); }
     [[nodiscard]] std::size_t bytes() const { return _values.size() * sizeof(Value); }
 
 private:
@@ -123,8 +118,8 @@ template <typename Codes>
 class LevelGrid {
 public:
     using Value = typename Codes::Value;
-    /// Floats, which may be NaN: a node of weight zero must have no influence.
-    static constexpr bool kGuarded = std::is_floating_point_v<Value>;
+    /// Not codes, but values themselves.
+    static constexpr bool kIsPlain = std::is_floating_point_v<Value>;
 
     /// @param voxels  size of the volume
     /// @param level   at least 1
@@ -140,8 +135,9 @@ public:
                 .lastCell = std::max(along.nodes - 2, 0),
                 .lastRatio = along.lastRatio};
         }
+        _rowNodes = (_size.x + Codes::kTogether - 1) / Codes::kTogether * Codes::kTogether;
         _codes = std::make_unique<Codes>(
-            static_cast<std::size_t>(_size.x) * static_cast<std::size_t>(_size.y) *
+            static_cast<std::size_t>(_rowNodes) * static_cast<std::size_t>(_size.y) *
             static_cast<std::size_t>(_size.z));
     }
 
@@ -173,7 +169,7 @@ public:
     {
         const std::size_t begin = rowIndex(y, z);
         for (std::size_t i = 0; i < static_cast<std::size_t>(_size.x); ++i) {
-            if constexpr (kGuarded)
+            if constexpr (kIsPlain)
                 _codes->set(begin + i, static_cast<float>(values[i]));
             else
                 _codes->set(
@@ -184,39 +180,18 @@ public:
     /// To be called when all rows are there.
     void finish() { _tree = std::make_unique<const MinMaxTree<LevelGrid>>(*this); }
 
-    [[nodiscard]] const std::array<AxisCells, 3>& axes() const { return _axes; }
-
-    void corners(
-        const CellPlaces& px,
-        const CellPlaces& py,
-        const CellPlaces& pz,
-        std::size_t count,
-        CellCorners& out) const
+    /// As the kernel sees it.
+    [[nodiscard]] NodeGrid nodes() const
     {
-        const std::size_t stepY = _size.y > 1 ? static_cast<std::size_t>(_size.x) : 0;
-        const std::size_t stepZ =
-            _size.z > 1 ? static_cast<std::size_t>(_size.x) * static_cast<std::size_t>(_size.y) : 0;
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t first =
-                rowIndex(py.cell[i], pz.cell[i]) + static_cast<std::size_t>(px.cell[i]);
-            const auto take = [&](std::size_t corner, std::size_t offset) {
-                const auto [a, b] = _codes->pair(first + offset);
-                out[corner][i] = a;
-                out[corner + 1][i] = b;
-            };
-            take(0, 0);
-            take(2, stepY);
-            take(4, stepZ);
-            take(6, stepZ + stepY);
-        }
-    }
-
-    /// Makes values of interpolated codes.
-    void decode(std::size_t count, BlockOf<double>& values) const
-    {
-        if constexpr (!kGuarded)
-            for (std::size_t i = 0; i < count; ++i)
-                values[i] = _scale.low + _scale.step * values[i];
+        return {
+            .nodes = _codes->data(),
+            .type = Codes::kNodeType,
+            .size = _size,
+            .row = _rowNodes,
+            .slice = std::int64_t{_rowNodes} * _size.y,
+            .axes = _axes,
+            .low = _scale.low,
+            .step = _scale.step};
     }
 
     /// What holds every sample at the points of a box, clamped to the volume.
@@ -246,12 +221,12 @@ private:
     {
         return (static_cast<std::size_t>(z) * static_cast<std::size_t>(_size.y) +
                 static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(_size.x);
+               static_cast<std::size_t>(_rowNodes);
     }
 
     [[nodiscard]] double valueOf(Value code) const
     {
-        if constexpr (kGuarded)
+        if constexpr (kIsPlain)
             return static_cast<double>(code);
         else
             return _scale.low + _scale.step * static_cast<double>(code);
@@ -259,13 +234,19 @@ private:
 
     [[nodiscard]] core::Interval valuesOf(const Extremes<Value>& extremes) const
     {
-        if constexpr (kGuarded)
+        if constexpr (kIsPlain) {
             return extremes.samples();
-        else
-            return {valueOf(extremes.low), valueOf(extremes.high)};
+        } else {
+            // Codes are interpolated in float. What comes of them never exceeds the greatest, which
+            // as a number of 16 bits is even in the last place of float, nor falls below 0; but
+            // each of three steps may lose half a unit in the last place of the greatest.
+            const double rounding = 0x1p-22 * _scale.step * static_cast<double>(extremes.high);
+            return {std::max(_scale.low, valueOf(extremes.low) - rounding), valueOf(extremes.high)};
+        }
     }
 
     glm::ivec3 _size{0};
+    int _rowNodes = 0; ///< from row to row
     CodeScale _scale;
     std::array<AxisCells, 3> _axes;
     std::unique_ptr<Codes> _codes;

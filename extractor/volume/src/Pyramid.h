@@ -133,7 +133,7 @@ public:
         bool hasGaps = false;
         if constexpr (std::is_floating_point_v<T>)
             hasGaps = !isUsable(extremes.low) || !isUsable(extremes.high);
-        else if constexpr (!Level::kGuarded)
+        else if constexpr (!Level::kIsPlain)
             scale = CodeScale::over(
                 static_cast<double>(extremes.low),
                 static_cast<double>(extremes.high),

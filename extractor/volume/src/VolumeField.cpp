@@ -1,22 +1,25 @@
 #include "isofront/volume/VolumeField.h"
 
 #include "FilterBands.h"
+#include "FilterKernel.h"
+#include "Interpolation.h"
 #include "MinMaxTree.h"
 #include "Pyramid.h"
+#include "TrilinearKernel.h"
 #include "VoxelGrid.h"
-#include "VoxelKernel.h"
 
 #include <isofront/core/Assert.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <mutex>
-#include <type_traits>
 #include <utility>
 
 namespace isofront::volume {
 
-using detail::LevelWeights;
+using detail::Probed;
 using detail::Pyramid;
 using detail::VoxelGrid;
 
@@ -25,60 +28,9 @@ namespace {
 using detail::BlockOf;
 using detail::kBlock;
 
-/// Points of a block.
-struct Block {
-    std::size_t size = 0;
-    std::array<BlockOf<double>, 3> coordinate;
-    BlockOf<double> step; ///< for gradients
-};
-
-/// At which places about a point a field is wanted.
-struct Probes {
-    bool centre = true;
-    bool around = false; ///< one step away along each axis, to either side
-};
-
-/// Values at a block's points, then a step above and a step below them along x, y and z.
-using Probed = std::array<BlockOf<double>, 7>;
-
 double stepFor(double radius)
 {
     return std::max(1.0, 0.5 * radius);
-}
-
-/// Interpolates in a grid of voxels or of a level.
-template <typename Grid>
-void probe(const Grid& grid, const Block& points, const Probes& probes, Probed& out)
-{
-    std::array<detail::CellPlaces, 3> places;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        detail::placeInCells(grid.axes()[axis], points.coordinate[axis], points.size, places[axis]);
-    const auto interpolateTo = [&](BlockOf<double>& values,
-                                   const detail::CellPlaces& x,
-                                   const detail::CellPlaces& y,
-                                   const detail::CellPlaces& z) {
-        detail::CellCorners corners;
-        grid.corners(x, y, z, points.size, corners);
-        detail::interpolateCells(corners, x, y, z, points.size, Grid::kGuarded, values);
-        grid.decode(points.size, values);
-    };
-    if (probes.centre)
-        interpolateTo(out[0], places[0], places[1], places[2]);
-    if (!probes.around)
-        return;
-    for (std::size_t k = 0; k < 6; ++k) {
-        const std::size_t axis = k / 2;
-        BlockOf<double> moved;
-        for (std::size_t i = 0; i < points.size; ++i)
-            moved[i] = points.coordinate[axis][i] + (k % 2 == 0 ? points.step[i] : -points.step[i]);
-        detail::CellPlaces place;
-        detail::placeInCells(grid.axes()[axis], moved, points.size, place);
-        interpolateTo(
-            out[k + 1],
-            axis == 0 ? place : places[0],
-            axis == 1 ? place : places[1],
-            axis == 2 ? place : places[2]);
-    }
 }
 
 } // namespace
@@ -102,73 +54,46 @@ struct VolumeField<T>::Parts {
     }
 
     /// A block of points, some of which are filtered.
-    void probeFiltered(const Block& points, const double* radius, const Probes& probes, Probed& out)
+    void probeFiltered(
+        const detail::Block& points, const double* radii, const detail::Probes& probes, Probed& out)
     {
-        std::array<LevelWeights, kBlock> weights;
-        int first = top;
-        int end = 0;
-        for (std::size_t i = 0; i < points.size; ++i) {
-            const bool isAsBefore = i > 0 && radius[i] == radius[i - 1];
-            weights[i] = isAsBefore ? weights[i - 1] : detail::levelWeights(radius[i], top);
-            first = std::min(first, weights[i].first);
-            end = std::max(end, weights[i].first + weights[i].count);
-        }
-        // Level after level, from the finest on, for those points for which it counts.
-        for (int level = first; level < end; ++level) {
-            Block chosen;
-            BlockOf<std::size_t> index;
-            for (std::size_t i = 0; i < points.size; ++i) {
-                const int place = level - weights[i].first;
-                if (place < 0 || place >= weights[i].count)
-                    continue;
-                for (std::size_t axis = 0; axis < 3; ++axis)
-                    chosen.coordinate[axis][chosen.size] = points.coordinate[axis][i];
-                chosen.step[chosen.size] = points.step[i];
-                index[chosen.size++] = i;
-            }
-            Probed values;
-            if (level == 0)
-                probe(grid, chosen, probes, values);
-            else
-                probe(pyramid().level(level), chosen, probes, values);
-            for (std::size_t k = probes.centre ? 0 : 1; k < (probes.around ? 7U : 1U); ++k) {
-                for (std::size_t j = 0; j < chosen.size; ++j) {
-                    const LevelWeights& own = weights[index[j]];
-                    double& total = out[k][index[j]];
-                    const auto place = static_cast<std::size_t>(level - own.first);
-                    const double part = own.weight[place] * values[k][j];
-                    total = place == 0 ? part : total + part; // 0 + x would lose the sign of -0
-                }
-            }
-        }
+        detail::BlockWeights weights;
+        detail::weighLevels(radii, points.size, top, weights);
+        for (BlockOf<double>& values : out)
+            values.fill(-0.0); // to which adding keeps the sign of zeros
+        // From the finest level on.
+        for (int level = weights.first; level < weights.end; ++level)
+            detail::addProbed(
+                level == 0 ? grid.nodes() : pyramid().level(level).nodes(),
+                points,
+                probes,
+                weights.rows[static_cast<std::size_t>(level)],
+                out);
     }
 
-    /// Values and gradients of a batch, or one of them.
+    /// Values and gradients of a batch, or one of them; null are those not wanted.
     void evaluate(
-        const fields::SampleBatch& batch,
-        const Probes& probes,
-        float* values,
-        const fields::GradientSpans& gradients)
+        const fields::SampleBatch& batch, float* values, const fields::GradientSpans* gradients)
     {
+        const detail::Probes probes{.centre = values != nullptr, .around = gradients != nullptr};
         const std::array<std::span<const double>, 3> given = {batch.x, batch.y, batch.z};
+        detail::Block points;
+        Probed probed;
         for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
-            Block points;
             points.size = std::min(kBlock, batch.size() - begin);
             for (std::size_t axis = 0; axis < 3; ++axis)
                 std::copy_n(
                     given[axis].data() + begin, points.size, points.coordinate[axis].data());
-            const double* const radius =
-                batch.radius.empty() ? nullptr : batch.radius.data() + begin;
-            bool isFiltered = false;
-            for (std::size_t i = 0; i < points.size; ++i) {
-                points.step[i] = stepFor(radius != nullptr ? radius[i] : 0.0);
-                isFiltered = isFiltered || (radius != nullptr && radius[i] > detail::kPlainRadius);
-            }
-            Probed probed;
-            if (isFiltered)
-                probeFiltered(points, radius, probes, probed);
+            const auto radii =
+                batch.radius.empty() ? batch.radius : batch.radius.subspan(begin, points.size);
+            if (probes.around)
+                for (std::size_t i = 0; i < points.size; ++i)
+                    points.step[i] = stepFor(radii.empty() ? 0.0 : radii[i]);
+            const auto isFiltered = [](double radius) { return radius > detail::kPlainRadius; };
+            if (std::ranges::any_of(radii, isFiltered))
+                probeFiltered(points, radii.data(), probes, probed);
             else
-                probe(grid, points, probes, probed);
+                detail::probe(grid.nodes(), points, probes, probed);
 
             if (probes.centre)
                 for (std::size_t i = 0; i < points.size; ++i)
@@ -182,17 +107,11 @@ struct VolumeField<T>::Parts {
                        (2 * points.step[i]);
             };
             for (std::size_t i = 0; i < points.size; ++i) {
-                gradients.x[begin + i] = difference(1, i);
-                gradients.y[begin + i] = difference(3, i);
-                gradients.z[begin + i] = difference(5, i);
+                gradients->x[begin + i] = difference(1, i);
+                gradients->y[begin + i] = difference(3, i);
+                gradients->z[begin + i] = difference(5, i);
             }
         }
-    }
-
-    /// A block of points, some of which are filtered.
-    void sampleFiltered(const fields::SampleBatch& block, float* out)
-    {
-        evaluate(block, {.centre = true, .around = false}, out, {});
     }
 
     [[nodiscard]] core::Interval plainBounds(const core::Box& box) const
@@ -237,36 +156,7 @@ template <typename T>
 void VolumeField<T>::sample(const fields::SampleBatch& batch, std::span<float> values) const
 {
     ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
-    const auto isFiltered = [](double radius) { return radius > detail::kPlainRadius; };
-    const auto samplePlain = [&](std::size_t begin, std::size_t count) {
-        const double* x = batch.x.data() + begin;
-        const double* y = batch.y.data() + begin;
-        const double* z = batch.z.data() + begin;
-        float* out = values.data() + begin;
-        if constexpr (sizeof(T) <= 2 || std::is_same_v<T, float>)
-            if (detail::sampleVoxels(
-                    _parts->grid.size(), _parts->voxels.get(), x, y, z, count, out))
-                return;
-        for (std::size_t first = 0; first < count; first += kBlock)
-            _parts->grid.sample(
-                x + first, y + first, z + first, std::min(kBlock, count - first), out + first);
-    };
-    if (batch.radius.empty()) {
-        samplePlain(0, batch.size());
-        return;
-    }
-    for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
-        const std::size_t count = std::min(kBlock, batch.size() - begin);
-        if (std::ranges::none_of(batch.radius.subspan(begin, count), isFiltered))
-            samplePlain(begin, count);
-        else
-            _parts->sampleFiltered(
-                {batch.x.subspan(begin, count),
-                 batch.y.subspan(begin, count),
-                 batch.z.subspan(begin, count),
-                 batch.radius.subspan(begin, count)},
-                values.data() + begin);
-    }
+    _parts->evaluate(batch, values.data(), nullptr);
 }
 
 template <typename T>
@@ -274,7 +164,7 @@ void VolumeField<T>::gradient(
     const fields::SampleBatch& batch, fields::GradientSpans gradients) const
 {
     ISOFRONT_ASSERT(gradients.x.size() >= batch.size(), "one gradient for each point");
-    _parts->evaluate(batch, {.centre = false, .around = true}, nullptr, gradients);
+    _parts->evaluate(batch, nullptr, &gradients);
 }
 
 template <typename T>
@@ -284,7 +174,7 @@ void VolumeField<T>::sampleWithGradient(
     fields::GradientSpans gradients) const
 {
     ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
-    _parts->evaluate(batch, {.centre = true, .around = true}, values.data(), gradients);
+    _parts->evaluate(batch, values.data(), &gradients);
 }
 
 template <typename T>
