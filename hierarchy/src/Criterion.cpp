@@ -1,6 +1,7 @@
 #include "isofront/hierarchy/Criterion.h"
 
 #include <isofront/core/Assert.h>
+#include <isofront/core/Powers.h>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -12,12 +13,6 @@
 namespace isofront::hierarchy {
 
 namespace {
-
-/// 2^(-level / 3)
-double shrunk(int level)
-{
-    return std::exp2(-level / 3.0);
-}
 
 } // namespace
 
@@ -31,8 +26,9 @@ DistanceCriterion::DistanceCriterion(double domainEdge, double strength, double 
 double DistanceCriterion::judge(const Diamond& diamond, DiamondState) const
 {
     // the default base by the law that all lengths of a level follow, to the last bit
-    return _reach *
-           (_base == kConstantSize ? shrunk(diamond.level) : std::pow(_base, diamond.level));
+    return _reach * (_base == kConstantSize
+                         ? core::twoToThirds(-diamond.level)
+                         : core::wholePower(_base, static_cast<unsigned>(diamond.level)));
 }
 
 double DistanceCriterion::strengthFor(int latticeSize, double pixelsPerUnit, double pixels)
@@ -96,7 +92,7 @@ double longestLatticeEdge(int level, int latticeSize)
 
 double axisStep(int level, int latticeSize)
 {
-    return shrunk(level) / (2.0 * latticeSize);
+    return core::twoToThirds(-level) / (2.0 * latticeSize);
 }
 
 } // namespace isofront::hierarchy

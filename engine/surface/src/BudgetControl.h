@@ -1,7 +1,8 @@
 #pragma once
 
+#include <isofront/core/Powers.h>
+
 #include <algorithm>
-#include <cmath>
 
 namespace isofront::surface {
 
@@ -10,7 +11,7 @@ namespace isofront::surface {
 class BudgetControl {
 public:
     /// By which all errors that are asked for are to be multiplied.
-    [[nodiscard]] double factor() const { return std::exp2(_step / 8.0); }
+    [[nodiscard]] double factor() const { return core::twoToEighths(_step); }
     [[nodiscard]] bool isActive() const { return _step > 0; }
     /// True if no factor fits that is left to try.
     [[nodiscard]] bool isAtItsEnd() const { return _step == kMostSteps; }

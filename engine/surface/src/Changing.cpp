@@ -1,7 +1,8 @@
 #include "LiveSurface.h"
 
+#include <isofront/core/Powers.h>
+
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace isofront::surface {
@@ -56,7 +57,7 @@ void Surface::Impl::startWhole()
                             static_cast<double>(bytesInUse() - _cache.bytes());
         const double bytes = static_cast<double>(_stats.meshBytes);
         while (sources.coarser < _options.maxLevel &&
-               bytes * std::exp2(-2.0 / 3.0 * sources.coarser) > room)
+               bytes * core::twoToThirds(-2 * sources.coarser) > room)
             ++sources.coarser;
     }
     _whole = std::make_shared<WholeSurface>(std::move(sources), _jobs);

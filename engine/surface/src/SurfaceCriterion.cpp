@@ -1,5 +1,7 @@
 #include "isofront/surface/SurfaceCriterion.h"
 
+#include <isofront/core/Powers.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -177,7 +179,9 @@ std::shared_ptr<const WhereSurface> viewCriterion(
         criteria.push_back(std::make_shared<hierarchy::FocusCriterion>(domain, focus, estimate));
     }
     // three levels halve the lattice step
-    const int finest = std::max(0, maxLevel - static_cast<int>(3 * std::log2(coarser)));
+    int finest = maxLevel;
+    while (finest > 0 && core::twoToThirds(maxLevel - finest + 1) <= coarser)
+        --finest;
     return std::make_shared<WhereSurface>(
         std::make_shared<hierarchy::AnyCriterion>(std::move(criteria)),
         extractor,

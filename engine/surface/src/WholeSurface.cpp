@@ -1,7 +1,8 @@
 #include "WholeSurface.h"
 
+#include <isofront/core/Powers.h>
+
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace isofront::surface {
@@ -15,7 +16,7 @@ constexpr std::size_t kBlock = 16;
 /// by so many levels would have.
 void coarsen(hierarchy::Front& front, int levels)
 {
-    const double most = static_cast<double>(front.cellCount()) * std::exp2(-2.0 / 3.0 * levels);
+    const double most = static_cast<double>(front.cellCount()) * core::twoToThirds(-2 * levels);
     while (static_cast<double>(front.cellCount()) > std::max(most, 6.0)) {
         std::vector<hierarchy::LatticePoint> finest;
         front.forEachDiamond([&](const hierarchy::LatticePoint& centre) {

@@ -3,6 +3,7 @@
 #include "NoiseKernel.h"
 
 #include <isofront/core/Assert.h>
+#include <isofront/core/Powers.h>
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +37,8 @@ public:
     explicit FractalNoise(const NoiseSettings& settings)
         : _program(programOf(settings)),
           _shortest(
-              settings.wavelength / std::pow(settings.lacunarity, double(settings.octaves - 1)))
+              settings.wavelength /
+              core::wholePower(settings.lacunarity, static_cast<unsigned>(settings.octaves - 1)))
     {
     }
 
