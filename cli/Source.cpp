@@ -1,5 +1,7 @@
 #include "Source.h"
 
+#include "GraphFiles.h"
+
 #include <isofront/elevation/Landscape.h>
 #include <isofront/fields/Procedural.h>
 #include <isofront/hierarchy/Criterion.h>
@@ -40,7 +42,7 @@ core::Box worldBoxOf(const core::Box& box, const core::Affine& map)
     return world;
 }
 
-core::Result<Source> openProcedural(const std::string& text)
+core::Result<Source> openProcedural(const std::string& text, const SourceOptions& options)
 {
     const std::string spec = text.substr(kProcedural.size());
     const std::size_t question = spec.find('?');
@@ -63,7 +65,8 @@ core::Result<Source> openProcedural(const std::string& text)
             begin = end + 1;
         }
     }
-    auto made = fields::makeProcedural(name, parameters);
+    auto made = fields::makeProcedural(
+        name, parameters, graphFileLoader(options.memoryLimit, options.stop));
     if (!made)
         return tl::unexpected<core::Error>(made.error().within(text));
 
@@ -179,7 +182,7 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
         return core::failure(
             core::ErrorCode::usage, "SOURCE is empty: give a volume file or proc:NAME");
     if (text.starts_with(kProcedural))
-        return openProcedural(text);
+        return openProcedural(text, options);
     if (elevation::isElevationName(text) && !volume::isVolume(text))
         return openElevation(text, options);
     return openVolume(text, options);

@@ -58,6 +58,35 @@ inline float valueAt(const Field& field, double x, double y, double z, double ra
     return valuesOf(field, {{&x, 1}, {&y, 1}, {&z, 1}, {&radius, 1}})[0];
 }
 
+inline std::vector<float> gridOf(const Field& field, const SampleGrid& grid)
+{
+    // A value that no noise has, to see that all are written.
+    std::vector<float> values(grid.size(), 1e9F);
+    field.sampleGrid(grid, values);
+    return values;
+}
+
+/// The points of a grid, x fastest.
+inline Points pointsOf(const SampleGrid& grid)
+{
+    Points points;
+    for (std::int64_t k = 0; k < grid.count.z; ++k) {
+        for (std::int64_t j = 0; j < grid.count.y; ++j) {
+            for (std::int64_t i = 0; i < grid.count.x; ++i) {
+                const auto at = [&](glm::length_t axis, std::int64_t index) {
+                    return grid.origin[axis] +
+                           grid.spacing * static_cast<double>(grid.first[axis] + index);
+                };
+                points.x.push_back(at(0, i));
+                points.y.push_back(at(1, j));
+                points.z.push_back(at(2, k));
+                points.radius.push_back(grid.radius);
+            }
+        }
+    }
+    return points;
+}
+
 struct Gradients {
     std::vector<double> x, y, z;
 };

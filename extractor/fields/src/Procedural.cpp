@@ -25,6 +25,7 @@ class Arguments {
 public:
     std::map<std::string, double> numbers;
     std::map<std::string, std::string> words;
+    graph::FileLoader load; ///< of the files that presets name
 
     [[nodiscard]] double operator[](const std::string& name) const { return numbers.at(name); }
 };
@@ -68,14 +69,17 @@ ProceduralSource shapeSource(std::shared_ptr<const Field> field, double half)
 // Wide of any surface, so that the eye of a flight never starts within rock.
 double clearHeight(const Field& field, const TerrainPreset& preset, const glm::dvec2& place)
 {
-    const double ground = surfaceHeight(field, preset.box, place.x, place.y);
+    // As many steps for any box: 4 m for one of 16 km.
+    const double step = preset.box.size().z / 4096;
+    const double ground = surfaceHeight(field, preset.box, place.x, place.y, step);
     // Over a gap between islands there is no ground: fly at the height of the middle.
     return (ground > preset.box.low.z ? ground : 0.0) + preset.clearance;
 }
 
 core::Result<ProceduralSource> makeTerrainSource(const Arguments& arguments)
 {
-    const core::Result<TerrainPreset> made = terrainPreset(arguments.words.at("preset"));
+    const core::Result<TerrainPreset> made =
+        terrainPreset(arguments.words.at("preset"), arguments.load);
     if (!made)
         return tl::unexpected<core::Error>(made.error());
     const TerrainPreset& preset = *made;
@@ -113,23 +117,25 @@ ProceduralDescription describeTerrain()
 
 // ---- Graphs -------------------------------------------------------------------------------------
 
-core::Result<graph::Preset> graphPreset(const std::string& nameOrPath)
+core::Result<graph::Preset>
+graphPreset(const std::string& nameOrPath, const graph::FileLoader& load)
 {
     for (const PresetText& text : presetTexts())
         if (text.name == nameOrPath)
             return graph::parsePreset(text.json, nameOrPath);
-    return graph::readPreset(nameOrPath);
+    return graph::readPreset(nameOrPath, load);
 }
 
 core::Result<ProceduralSource> makeGraphSource(const Arguments& arguments)
 {
-    const core::Result<graph::Preset> preset = graphPreset(arguments.words.at("file"));
+    const core::Result<graph::Preset> preset =
+        graphPreset(arguments.words.at("file"), arguments.load);
     if (!preset)
         return tl::unexpected<core::Error>(preset.error());
     const glm::dvec3 centre = preset->box.centre();
     return ProceduralSource{
-        graph::graphField(
-            preset->surface,
+        graph::fieldOf(
+            *preset,
             {.seed = static_cast<std::uint64_t>(arguments["seed"]),
              .filterStrength = arguments["filter"]}),
         preset->box,
@@ -361,8 +367,10 @@ const std::vector<ProceduralDescription>& proceduralSources()
     return descriptions;
 }
 
-core::Result<ProceduralSource>
-makeProcedural(const std::string& name, const std::map<std::string, std::string>& parameters)
+core::Result<ProceduralSource> makeProcedural(
+    const std::string& name,
+    const std::map<std::string, std::string>& parameters,
+    const graph::FileLoader& load)
 {
     const auto maker =
         std::find_if(allMakers().begin(), allMakers().end(), [&](const Maker& candidate) {
@@ -388,6 +396,7 @@ makeProcedural(const std::string& name, const std::map<std::string, std::string>
     }
 
     Arguments arguments;
+    arguments.load = load;
     for (const ProceduralParameter& parameter : description.parameters) {
         const auto given = parameters.find(parameter.name);
         const std::string& text =

@@ -26,7 +26,8 @@ const std::vector<TerrainPreset>& terrainPresets()
     return presets;
 }
 
-core::Result<TerrainPreset> terrainPreset(const std::string& nameOrPath)
+core::Result<TerrainPreset>
+terrainPreset(const std::string& nameOrPath, const graph::FileLoader& load)
 {
     std::string names;
     for (const TerrainPreset& preset : terrainPresets()) {
@@ -35,7 +36,7 @@ core::Result<TerrainPreset> terrainPreset(const std::string& nameOrPath)
         names += (names.empty() ? "" : ", ") + preset.name;
     }
     if (nameOrPath.ends_with(".json"))
-        return graph::readPreset(nameOrPath);
+        return graph::readPreset(nameOrPath, load);
     return core::failure(
         core::ErrorCode::usage,
         "there is no terrain preset '" + nameOrPath + "'; choose one of " + names +
@@ -45,7 +46,7 @@ core::Result<TerrainPreset> terrainPreset(const std::string& nameOrPath)
 std::shared_ptr<const Field>
 terrain(const TerrainPreset& preset, std::uint64_t seed, double filterStrength)
 {
-    return graph::graphField(preset.surface, {.seed = seed, .filterStrength = filterStrength});
+    return graph::fieldOf(preset, {.seed = seed, .filterStrength = filterStrength});
 }
 
 core::Result<std::shared_ptr<const Field>> makeTerrain(const TerrainSettings& settings)
@@ -65,7 +66,7 @@ std::shared_ptr<const Field> terrain(const TerrainSettings& settings)
 double surfaceHeight(const Field& field, const core::Box& box, double x, double y, double step)
 {
     constexpr std::size_t kBlock = 128;
-    constexpr double kPrecision = 0.1; // [m]
+    const double precision = step / 40;
     std::vector<double> xs(kBlock, x);
     std::vector<double> ys(kBlock, y);
     std::vector<double> zs(kBlock);
@@ -80,7 +81,7 @@ double surfaceHeight(const Field& field, const core::Box& box, double x, double 
             continue;
         double solid = zs[static_cast<std::size_t>(hit - values.begin())];
         double empty = std::min(solid + step, box.high.z);
-        while (empty - solid > kPrecision) {
+        while (empty - solid > precision) {
             const double middle = 0.5 * (solid + empty);
             float value = 0;
             field.sample({{&x, 1}, {&y, 1}, {&middle, 1}}, {&value, 1});

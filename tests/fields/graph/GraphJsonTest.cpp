@@ -1,8 +1,11 @@
 #include "../FieldChecks.h"
 #include "PresetTexts.h"
+#include "support/TemporaryFolder.h"
 
 #include <isofront/fields/GraphJson.h>
+#include <isofront/fields/Shapes.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -212,22 +215,27 @@ TEST(GraphJson, namesTheNodeAndTheKeyOfAMistake)
         std::vector<const char*> parts;
     };
     const std::vector<Case> cases{
-        {R"("a": {"type": "noize"})", {"'a'", "'noize'", "noise"}},
+        {R"("a": {"type": "noize"})", {"'a'", "'noize'", "did you mean 'noise'", "tunnels"}},
         {R"("a": {"wavelength": 3})", {"'a'", "'type'", "missing"}},
         {R"("a": {"type": "noise"})", {"'a'", "'wavelength'", "missing"}},
-        {R"("a": {"type": "noise", "wavelength": 3, "octavs": 2})", {"'a'", "'octavs'", "octaves"}},
+        {R"("a": {"type": "noise", "wavelength": 3, "octavs": 2})",
+         {"'a'", "'octavs'", "did you mean 'octaves'"}},
         {R"("a": {"type": "noise", "wavelength": -3})", {"'a'", "'wavelength'", "-3"}},
         {R"("a": {"type": "noise", "wavelength": "3"})", {"'a'", "'wavelength'", "number"}},
         {R"("a": {"type": "noise", "wavelength": 3, "octaves": 2.5})", {"'octaves'", "whole"}},
         {R"("a": {"type": "noise", "wavelength": 3, "octaves": 33})", {"'octaves'", "32"}},
         {R"("a": {"type": "noise", "wavelength": 1e99})", {"'wavelength'", "1e+99"}},
         {R"("a": {"type": "noise", "wavelength": 3, "plane": 1})", {"'plane'", "true or false"}},
-        {R"("a": {"type": "abs", "input": "b"})", {"no node 'b'"}},
+        {R"("a": {"type": "abs", "input": "hils"}, "hills": {"type": "noise", "wavelength": 3})",
+         {"'a'", "'input'", "isn't there", "did you mean 'hills'"}},
+        {R"("a": {"type": "min", "inputs": [1, {"type": "abs", "input": "b"}]})",
+         {"'a.inputs.1'", "'input'", "isn't there", "'b'"}},
         {R"("a": {"type": "abs", "input": true})", {"'a'", "'input'"}},
         {R"("a": {"type": "abs"})", {"'a'", "'input'", "missing"}},
-        {R"("a": {"type": "abs", "input": "a"})", {"'a'", "itself"}},
-        {R"("a": {"type": "abs", "input": "b"}, "b": {"type": "abs", "input": "a"})",
-         {"'a'", "itself"}},
+        {R"("a": {"type": "abs", "input": "a"})", {"'a'", "'a' needs 'a'"}},
+        {R"("a": {"type": "abs", "input": "b"}, "b": {"type": "abs", "input": "c"},
+            "c": {"type": "abs", "input": "b"})",
+         {"the node 'c'", "'b' needs 'c' needs 'b'"}},
         {R"("a": {"type": "add", "inputs": [1]})", {"'a'", "'inputs'", "two"}},
         {R"("a": {"type": "add", "inputs": [1, {"type": "position", "axis": "w"}]})",
          {"'a.inputs.1'", "'axis'"}},
@@ -252,6 +260,73 @@ TEST(GraphJson, namesTheNodeAndTheKeyOfAMistake)
     }
 }
 
+TEST(GraphJson, saysWhereASlipOfTheSyntaxIsAndWhatWouldDo)
+{
+    struct Case {
+        const char* text;
+        std::vector<const char*> parts;
+    };
+    const std::vector<Case> cases{
+        {"", {"line 1, column 1", "the text ends", "a preset, in braces"}},
+        {"\n  [", {"line 2, column 4", "the text ends", "a value, or ']'"}},
+        {"{\n  \"a\": 1\n  \"b\": 2}", {"line 3, column 3", "'\"b\"'", "a comma and a name"}},
+        {"{\n\"a\" 1}", {"line 2, column 5", "'1'", "a colon and a value for 'a'"}},
+        {"{\"a\": }", {"line 1, column 7", "'}'", "where a value for 'a'"}},
+        {"{\"a\": 1,\n}", {"line 2, column 1", "remove the comma"}},
+        {"{\"a\": [1, 2,]}", {"line 1, column 13", "remove the comma"}},
+        {"{\"a\": [1 2]}", {"line 1, column 10", "'2'", "a comma and a value, or ']'"}},
+        {"{\"a\": [1, , 2]}", {"line 1, column 11", "','", "where a value should"}},
+        {"{\"a\": [1", {"line 1, column 9", "the text ends", "a comma and a value, or ']'"}},
+        {"{a: 1}", {"line 1, column 2", "'a'", "a name in double quotes"}},
+        {"{'a': 1}", {"line 1, column 2", "texts have double quotes"}},
+        {"{\"a\": 1 // one\n}", {"line 1, column 9", "no comments"}},
+        {"{\"a\": NaN}", {"line 1, column 7", "'NaN'", "numbers are written"}},
+        {"{\"a\": -Infinity}", {"line 1, column 7", "numbers are written"}},
+        {"{\"a\": yes}", {"line 1, column 7", "words but true and false"}},
+        {"{\"a\": 01}", {"line 1, column 8", "'1'", "a comma and a name"}},
+        {"{\"a\": -0.5e+3 1}", {"line 1, column 15", "'1'", "a comma and a name"}},
+        {"{\"a\": 1.}", {"line 1, column 7", "'1.'", "numbers are written"}},
+        {"{\"a\": [1e999]}", {"line 1, column 8", "'1e999'", "too large"}},
+        {"{\"a\": \"x\ny\"}", {"line 1, column 9", "within a text"}},
+        {"{\"a\": \"C:\\maps\"}", {"line 1, column 11", "two backslashes"}},
+        {"{\"a\": \"\xff\"}", {"line 1, column 8", "UTF-8"}},
+        {"\xef\xbb\xbf[1,]", {"column 7", "remove the comma"}},
+        {"{} {}", {"line 1, column 4", "nothing more"}},
+        {"{\"a\": 1,\n \"a\": 2}", {"line 2, column 2", "'a' is there twice"}},
+        {"\xff\xfe", {"line 1, column 1", "a preset"}},
+    };
+    for (const Case& c : cases) {
+        const std::string message = errorOf(c.text);
+        for (const char* part : c.parts)
+            EXPECT_NE(message.find(part), std::string::npos) << message << " lacks " << part;
+        // In our words, not in those of a library.
+        for (const char* word : {"json.exception", "parse error", "literal", "while parsing"})
+            EXPECT_EQ(message.find(word), std::string::npos) << message;
+    }
+}
+
+TEST(GraphJson, showsNobodysTextAsMoreThanOneShortLine)
+{
+    const std::string endless(100000, 'x');
+    for (const std::string& text :
+         {std::string("no\\nise"), std::string("\\u0000\\u001b[31m"), endless}) {
+        for (const std::string& nodes :
+             {R"("a": {"type": ")" + text + R"("})",
+              R"("a": {"type": "abs", "input": ")" + text + R"("})",
+              R"("a": {"type": "noise", "wavelength": 1, "kind": ")" + text + R"("})",
+              R"("a": {"type": "noise", "wavelength": 1, ")" + text + R"(": 2})",
+              R"("a": {"type": "position", "axis": "x"}, ")" + text + R"(": {"type": "noise"})"}) {
+            const std::string message = errorOf(around(nodes));
+            EXPECT_LT(message.size(), 700U) << message.substr(0, 200);
+            EXPECT_EQ(std::ranges::count_if(message, [](char c) { return c >= 0 && c < ' '; }), 0)
+                << message;
+        }
+    }
+    std::string text = around(R"("a": {"type": "position", "axis": "x"})");
+    text.replace(text.find("\"n\""), 3, "\"two\\nlines\"");
+    EXPECT_NE(errorOf(text).find("'name' must be one line"), std::string::npos);
+}
+
 TEST(GraphJson, refusesWhatIsNoPreset)
 {
     for (const char* text :
@@ -268,12 +343,16 @@ TEST(GraphJson, refusesWhatIsNoPreset)
         EXPECT_FALSE(errorOf(text).empty()) << text;
     const std::string box = R"("box": {"centre": [1, 2, 3], "edge": 10})";
     std::string text = around(R"("a": {"type": "position", "axis": "x"})");
-    for (const char* wrong :
-         {R"("box": {"centre": [1, 2], "edge": 10})",
-          R"("box": {"centre": [1, 2, 3], "edge": 0})",
-          R"("box": {"centre": [1, 2, 3]})",
-          R"("box": 3)",
-          R"("bax": {"centre": [1, 2, 3], "edge": 10})"}) {
+    for (
+        const char* wrong :
+        {R"("box": {"centre": [1, 2], "edge": 10})",
+         R"("box": {"centre": [1, 2, 3], "edge": 0})",
+         R"("box": {"centre": [1, 2, 3]})",
+         R"("box": {"centre": [1, 2e9, 3], "edge": 10})",
+         R"("flight": {"start": [1, 2], "lookAt": [1, 2]}, "box": {"centre": [1, 2, 3], "edge": 10})",
+         R"("flight": {"start": [1, 99], "lookAt": [1, 2]}, "box": {"centre": [1, 2, 3], "edge": 10})",
+         R"("box": 3)",
+         R"("bax": {"centre": [1, 2, 3], "edge": 10})"}) {
         std::string changed = text;
         changed.replace(changed.find(box), box.size(), wrong);
         EXPECT_FALSE(errorOf(changed).empty()) << wrong;
@@ -301,7 +380,165 @@ TEST(GraphJson, refusesWhatWouldTakeTooMuch)
     warps += R"(, "n40": {"type": "noise", "wavelength": 3})";
     EXPECT_NE(errorOf(around(warps)).find("more than 4096 nodes"), std::string::npos);
     EXPECT_NE(errorOf(std::string(2000000, ' ')).find("1 MiB"), std::string::npos);
+    // Half a million sums within one another; and as many as there may be.
+    const auto sums = [](std::size_t count) {
+        std::string nodes = R"("a": {"type": "add", "inputs": ["x")";
+        for (std::size_t i = 0; i < count; ++i)
+            nodes += ",1";
+        return nodes + R"(]}, "x": {"type": "position", "axis": "x"})";
+    };
+    EXPECT_NE(errorOf(around(sums(500000))).find("more than 2000 nodes"), std::string::npos);
+    const core::Result<Preset> most = parsePreset(around(sums(1998)), "test.json");
+    ASSERT_TRUE(most.has_value()) << most.error().message;
+    EXPECT_EQ(valueAt(*graphField(most->surface), 5, 0, 0), 2003.0F);
 }
+
+TEST(GraphJson, readsNoMoreOfAFileThanAPresetHas)
+{
+    const tests::TemporaryFolder folder;
+    const std::filesystem::path path = folder.file("large.json", "{");
+    std::filesystem::resize_file(path, 100'000'000);
+    const core::Result<Preset> preset = readPreset(path.string());
+    ASSERT_FALSE(preset.has_value());
+    EXPECT_EQ(preset.error().code, core::ErrorCode::badData);
+    EXPECT_NE(preset.error().message.find("1 MiB"), std::string::npos);
+    const core::Result<Preset> none = readPreset(path.parent_path().string());
+    ASSERT_FALSE(none.has_value());
+    EXPECT_EQ(none.error().code, core::ErrorCode::inputOutput);
+    EXPECT_NE(none.error().message.find("it is no file"), std::string::npos);
+}
+
+// ---- Files that a preset names ------------------------------------------------------------------
+
+std::string withFiles(const std::string& a)
+{
+    return around(R"("a": {"type": "add", "inputs": [)" + a + "]}");
+}
+
+TEST(GraphJson, asksForTheFilesThatItsNodesName)
+{
+    std::vector<FileRequest> requests;
+    const FileLoader load = [&](const FileRequest& request) {
+        requests.push_back(request);
+        return core::Result<std::shared_ptr<const Field>>(
+            sphere(glm::dvec3(0), double(requests.size())));
+    };
+    const core::Result<Preset> preset = parsePreset(
+        withFiles(
+            R"({"type": "elevation", "file": "a.hgt"},
+               {"type": "elevation", "file": "b.png", "pixelSize": 30, "heightScale": 0.1, "noData": -1},
+               {"type": "volume", "file": "../scans/c.nrrd"},
+               {"type": "volume", "file": "../scans/c.nrrd", "isovalue": 7},
+               {"type": "volume", "file": "/d.vdb", "grid": "density"},
+               {"type": "elevation", "file": "a.hgt"})"),
+        "test.json",
+        {"maps", load});
+    ASSERT_TRUE(preset.has_value()) << preset.error().message;
+    // The last one is the first again.
+    ASSERT_EQ(requests.size(), 5U);
+    EXPECT_EQ(requests[0].path, "maps/a.hgt");
+    EXPECT_EQ(requests[0].kind, FileRequest::Kind::elevation);
+    EXPECT_FALSE(requests[0].pixelSize || requests[0].heightScale || requests[0].noData);
+    EXPECT_EQ(requests[1].pixelSize, 30);
+    EXPECT_EQ(requests[1].heightScale, 0.1);
+    EXPECT_EQ(requests[1].noData, -1);
+    EXPECT_EQ(requests[2].kind, FileRequest::Kind::volume);
+    EXPECT_EQ(requests[2].path, "maps/../scans/c.nrrd");
+    EXPECT_FALSE(requests[2].isovalue.has_value());
+    EXPECT_EQ(requests[3].isovalue, 7);
+    EXPECT_EQ(requests[4].path, "/d.vdb");
+    EXPECT_EQ(requests[4].grid, "density");
+    // Balls of radius 1 to 5, and the first once more.
+    EXPECT_EQ(valueAt(*fieldOf(*preset), 0, 0, 0), 16.0F);
+}
+
+TEST(GraphJson, passesOnWhyAFileCannotBeRead)
+{
+    const FileLoader load = [](const FileRequest& request) {
+        return core::Result<std::shared_ptr<const Field>>(
+            core::failure(core::ErrorCode::inputOutput, request.path + ": there is no such file"));
+    };
+    const std::string text = withFiles(R"(1, {"type": "elevation", "file": "a.hgt"})");
+    const core::Result<Preset> preset = parsePreset(text, "test.json", {"", load});
+    ASSERT_FALSE(preset.has_value());
+    EXPECT_EQ(preset.error().code, core::ErrorCode::inputOutput);
+    EXPECT_EQ(
+        preset.error().message, "test.json: the node 'a.inputs.1': a.hgt: there is no such file");
+    EXPECT_NE(errorOf(text).find("files can't be read"), std::string::npos);
+    for (const char* wrong :
+         {R"(1, {"type": "elevation"})",
+          R"(1, {"type": "elevation", "file": ""})",
+          R"(1, {"type": "elevation", "file": "a\u0000b"})",
+          R"(1, {"type": "elevation", "file": "a.hgt", "pixelSize": 0})",
+          R"(1, {"type": "elevation", "file": "a.hgt", "isovalue": 1})",
+          R"(1, {"type": "volume", "file": "a.vdb", "isovalue": "1"})",
+          R"(1, {"type": "volume", "file": "a.vdb", "grid": 3})"})
+        EXPECT_NE(errorOf(withFiles(wrong)).find("'a.inputs.1'"), std::string::npos) << wrong;
+}
+
+// ---- Materials ----------------------------------------------------------------------------------
+
+std::string withMaterials(const std::string& list)
+{
+    std::string text = around(R"("a": {"type": "position", "axis": "x"})");
+    return text.substr(0, text.size() - 1) + R"(, "materials": [)" + list + "]}";
+}
+
+TEST(GraphJson, givesEveryPlaceTheFirstMaterialThatIsThere)
+{
+    const core::Result<Preset> preset = parsePreset(
+        withMaterials(
+            R"({"name": "snow", "colour": "#fffefd", "where": {"type": "subtract", "inputs": ["a", 2]}},
+               {"name": "grass", "colour": "#103000", "where": {"type": "position", "axis": "y"}},
+               {"name": "rock", "colour": "#0A0b0C"})"),
+        "test.json");
+    ASSERT_TRUE(preset.has_value()) << preset.error().message;
+    ASSERT_EQ(preset->materials.size(), 3U);
+    EXPECT_EQ(preset->materials[1].name, "grass");
+    const std::shared_ptr<const Field> field = fieldOf(*preset);
+    EXPECT_TRUE(field->hasAttributes());
+    const std::vector<double> x{2, 1.9, 2.1, 1, 1};
+    const std::vector<double> y{-1, 0, 1, -0.1, 5};
+    const std::vector<double> z(5, 0.0);
+    std::vector<std::uint32_t> words(5, 99);
+    field->attributes({x, y, z}, words);
+    const std::uint32_t snow = 0x01fdfeffU;
+    const std::uint32_t grass = 0x02003010U;
+    const std::uint32_t rock = 0x030c0b0aU;
+    EXPECT_EQ(words, (std::vector<std::uint32_t>{snow, grass, snow, rock, grass}));
+    EXPECT_FALSE(graphField(preset->surface)->hasAttributes());
+}
+
+TEST(GraphJson, namesTheMaterialOfAMistake)
+{
+    struct Case {
+        const char* list;
+        std::vector<const char*> parts;
+    };
+    const std::vector<Case> cases{
+        {"", {"'materials'", "1 to 255"}},
+        {"3", {"'materials.0'", "object"}},
+        {R"({"name": "a"})", {"'materials.0'", "'colour'"}},
+        {R"({"name": "a", "colour": "red"})", {"'materials.0'", "#8a7b6c"}},
+        {R"({"name": "a", "colour": "#12345g"})", {"'materials.0'", "#8a7b6c"}},
+        {R"({"name": "a", "colour": "#-12345"})", {"'materials.0'", "#8a7b6c"}},
+        {R"({"name": "a", "colour": "#123456"}, {"name": "b", "colour": "#123456"})",
+         {"'materials.0'", "'where'", "missing"}},
+        {R"({"name": "a", "colour": "#123456", "where": "a"})",
+         {"'materials.0'", "remove 'where'"}},
+        {R"({"name": "a", "colour": "#123456", "where": "c"}, {"name": "b", "colour": "#123456"})",
+         {"'materials.0'", "'where'", "'c'"}},
+        {R"({"name": "a", "colour": "#123456", "where": {"type": "abs"}}, {"name": "b", "colour": "#123456"})",
+         {"'materials.0.where'", "'input'"}},
+    };
+    for (const Case& c : cases) {
+        const std::string message = errorOf(withMaterials(c.list));
+        for (const char* part : c.parts)
+            EXPECT_NE(message.find(part), std::string::npos) << message << " lacks " << part;
+    }
+}
+
+// ---- Files --------------------------------------------------------------------------------------
 
 TEST(GraphJson, saysWhichFileIsMissing)
 {
@@ -313,12 +550,10 @@ TEST(GraphJson, saysWhichFileIsMissing)
 
 TEST(GraphJson, readsAFileAsItsText)
 {
+    const tests::TemporaryFolder folder;
     const std::filesystem::path path =
-        std::filesystem::temp_directory_path() / "isofront-graph-test.json";
-    const std::string text = around(R"("a": {"type": "position", "axis": "x"})");
-    std::ofstream(path) << text;
+        folder.file("graph.json", around(R"("a": {"type": "position", "axis": "x"})"));
     const core::Result<Preset> preset = readPreset(path.string());
-    std::filesystem::remove(path);
     ASSERT_TRUE(preset.has_value()) << preset.error().message;
     EXPECT_EQ(valueAt(*graphField(preset->surface), 4.5, 0, 0), 4.5F);
 }

@@ -41,7 +41,7 @@ const Json& JsonObject::required(const std::string& key)
 {
     const Json* value = optional(key);
     if (value == nullptr)
-        fail("the key '" + key + "' is missing");
+        fail("the key '" + key + "' is missing; add it");
     return *value;
 }
 
@@ -53,6 +53,19 @@ std::string JsonObject::text(const std::string& key)
     return value.get<std::string>();
 }
 
+std::string JsonObject::line(const std::string& key)
+{
+    constexpr std::size_t kLongest = 1000;
+    std::string value = text(key);
+    if (value.size() > kLongest)
+        fail("'" + key + "' is longer than " + std::to_string(kLongest) + " bytes; shorten it");
+    if (std::any_of(value.begin(), value.end(), [](char c) {
+            return static_cast<unsigned char>(c) < 0x20U || c == '\x7f';
+        }))
+        fail("'" + key + "' must be one line without control characters");
+    return value;
+}
+
 std::size_t JsonObject::choice(
     const std::string& key, const std::vector<std::string>& words, std::size_t otherwise)
 {
@@ -62,10 +75,7 @@ std::size_t JsonObject::choice(
     const auto found = std::find(words.begin(), words.end(), word);
     if (found != words.end())
         return static_cast<std::size_t>(found - words.begin());
-    std::string all;
-    for (const std::string& known : words)
-        all += (all.empty() ? "" : ", ") + known;
-    fail("'" + key + "' must be one of " + all + ", not '" + word + "'");
+    fail("'" + key + "' must be one of " + listed(words) + ", not " + inQuotes(word));
 }
 
 bool JsonObject::flag(const std::string& key, bool otherwise)
@@ -128,10 +138,9 @@ void JsonObject::finish() const
     for (const auto& item : _value.items()) {
         if (std::find(_known.begin(), _known.end(), item.key()) != _known.end())
             continue;
-        std::string names;
-        for (const std::string& key : _known)
-            names += (names.empty() ? "" : ", ") + key;
-        fail("there is no key '" + item.key() + "'; it may have " + names);
+        fail(
+            "there is no key " + inQuotes(item.key()) + suggestion(item.key(), _known) +
+            (_known.empty() ? "; remove it" : "; it may have " + listed(_known)));
     }
 }
 

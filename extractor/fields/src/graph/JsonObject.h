@@ -1,18 +1,11 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include "graph/JsonText.h"
 
 #include <string>
 #include <vector>
 
 namespace isofront::fields::graph {
-
-using Json = nlohmann::ordered_json;
-
-/// What is wrong with a preset; doesn't leave this module.
-struct Problem {
-    std::string message;
-};
 
 /// A JSON object of which every key has to be asked for: what is left in the end is unknown.
 class JsonObject {
@@ -20,12 +13,15 @@ public:
     /// @param what  names the object in errors
     JsonObject(const Json& value, std::string what);
 
+    [[nodiscard]] const std::string& what() const { return _what; }
     [[noreturn]] void fail(const std::string& why) const;
 
     const Json& required(const std::string& key);
     const Json* optional(const std::string& key);
 
     std::string text(const std::string& key);
+    /// A text to show: one line that isn't long.
+    std::string line(const std::string& key);
     /// Which of the words it is; `otherwise` if it isn't there.
     std::size_t
     choice(const std::string& key, const std::vector<std::string>& words, std::size_t otherwise);

@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 /// Fields put together from nodes: noise, arithmetic, joins and warps.
@@ -161,13 +163,28 @@ struct GraphSettings {
     double filterStrength = 1; ///< kappa, see NoiseSettings
 };
 
+/// What a part of the surface is made of.
+struct Material {
+    std::string name;
+    std::uint32_t colour = 0;  ///< 0xBBGGRR
+    std::optional<Node> where; ///< it is there where this is at or above 0; nothing: everywhere
+};
+
+/// How many materials a field may tell apart.
+inline constexpr std::size_t kMostMaterials = 255;
+
 /// The graph as a field. The graph is turned into a program once, and runs on blocks of points on
 /// the best instruction set of the machine; the same bits come from all of them.
 ///
 /// Parts that can't matter are left out: the second operand of a minimum where the first is below
 /// all that it can be, a factor of zero's other factor, and so on. What is left out changes no bit.
 ///
-/// Needs a graph of at most `kMostNodes` nodes (asserted).
-std::shared_ptr<const Field> graphField(const Node& node, const GraphSettings& settings = {});
+/// Attributes are the first material that is there: 0xNNBBGGRR, with NN its number in the list,
+/// counted from 1, and the colour; 0 where there is none. Where a material is depends on the filter
+/// radius like all else that the graph says.
+///
+/// Needs graphs of at most `kMostNodes` nodes each, and at most `kMostMaterials` (asserted).
+std::shared_ptr<const Field> graphField(
+    const Node& node, const GraphSettings& settings = {}, std::span<const Material> materials = {});
 
 } // namespace isofront::fields::graph

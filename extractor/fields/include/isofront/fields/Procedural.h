@@ -2,6 +2,7 @@
 
 #include <isofront/core/Result.h>
 #include <isofront/fields/Field.h>
+#include <isofront/fields/GraphJson.h>
 
 #include <glm/vec3.hpp>
 
@@ -45,7 +46,10 @@ const std::vector<ProceduralDescription>& proceduralSources();
 
 /// Makes a source by name. Parameters that are not given have their defaults; an unknown name,
 /// parameter or value is a usage error that says which there are. For files see graph::readPreset.
-core::Result<ProceduralSource>
-makeProcedural(const std::string& name, const std::map<std::string, std::string>& parameters);
+/// @param load  loads the files that presets name
+core::Result<ProceduralSource> makeProcedural(
+    const std::string& name,
+    const std::map<std::string, std::string>& parameters,
+    const graph::FileLoader& load = {});
 
 } // namespace isofront::fields

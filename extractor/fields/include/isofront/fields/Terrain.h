@@ -27,7 +27,8 @@ struct TerrainSettings {
 
 /// A preset by name or path. An unknown name is a usage error that lists those there are; see
 /// graph::readPreset for files.
-core::Result<TerrainPreset> terrainPreset(const std::string& nameOrPath);
+core::Result<TerrainPreset>
+terrainPreset(const std::string& nameOrPath, const graph::FileLoader& load = {});
 
 /// A terrain by the name or path of its preset.
 core::Result<std::shared_ptr<const Field>> makeTerrain(const TerrainSettings& settings);
@@ -40,8 +41,8 @@ terrain(const TerrainPreset& preset, std::uint64_t seed, double filterStrength);
 /// names that a user gives, see makeTerrain.
 std::shared_ptr<const Field> terrain(const TerrainSettings& settings);
 
-/// The height of the highest solid point over (x, y), to 0.1 m; the box's floor if there is none.
-/// What is thinner than `step` [m] may be missed.
+/// The height of the highest solid point over (x, y), to a fortieth of `step`; the box's floor if
+/// there is none. What is thinner than `step` [m] may be missed.
 double
 surfaceHeight(const Field& field, const core::Box& box, double x, double y, double step = 4.0);
 
