@@ -31,6 +31,15 @@ public:
             values[i] = takesFirst(values[i], other[i]) ? values[i] : turned(other[i]);
     }
 
+    void sampleGrid(const SampleGrid& grid, std::span<float> values) const override
+    {
+        std::vector<float> other(grid.size());
+        _first->sampleGrid(grid, values);
+        _second->sampleGrid(grid, other);
+        for (std::size_t i = 0; i < other.size(); ++i)
+            values[i] = takesFirst(values[i], other[i]) ? values[i] : turned(other[i]);
+    }
+
     void gradient(const SampleBatch& batch, GradientSpans gradients) const override
     {
         const std::size_t size = batch.size();

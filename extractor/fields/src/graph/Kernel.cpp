@@ -6,8 +6,6 @@
 #define HWY_TARGET_INCLUDE "graph/Kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-#include "simd/Batch-inl.h"
-#include "simd/Noise-inl.h"
 #include "graph/Machine-inl.h"
 // clang-format on
 
@@ -21,6 +19,11 @@ void sampleProgramOn(const Program& program, const SampleBatch& batch, float* va
     runOverBatch<simd::Value>(program, batch, [&](const Machine<simd::Value>& machine) HWY_ATTR {
         machine.storeValues(values);
     });
+}
+
+void gridProgramOn(const Program& program, const SampleGrid& grid, float* values)
+{
+    runOverGrid(program, grid, values);
 }
 
 void gradientProgramOn(
@@ -47,12 +50,18 @@ HWY_AFTER_NAMESPACE();
 namespace isofront::fields::graph {
 
 HWY_EXPORT(sampleProgramOn);
+HWY_EXPORT(gridProgramOn);
 HWY_EXPORT(gradientProgramOn);
 HWY_EXPORT(boundProgramOn);
 
 void sampleProgram(const Program& program, const SampleBatch& batch, std::span<float> values)
 {
     HWY_DYNAMIC_DISPATCH(sampleProgramOn)(program, batch, values.data());
+}
+
+void gridProgram(const Program& program, const SampleGrid& grid, std::span<float> values)
+{
+    HWY_DYNAMIC_DISPATCH(gridProgramOn)(program, grid, values.data());
 }
 
 void gradientProgram(

@@ -7,10 +7,11 @@
 #define ISOFRONT_FIELDS_GRAPH_MACHINE_INL_H
 #endif
 
+#include "graph/GridNoise-inl.h"
+#include "graph/Operations-inl.h"
 #include "graph/Program.h"
 #include "graph/Scratch.h"
 #include "simd/Batch-inl.h"
-#include "simd/Noise-inl.h"
 
 #include <algorithm>
 #include <array>
@@ -19,428 +20,6 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace isofront::fields::graph::HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using namespace isofront::fields::HWY_NAMESPACE; // NOLINT(google-build-using-namespace)
-
-using Mask = hn::Mask<FloatTag>;
-
-/// Points that are worked upon together: so many that the steps between instructions cost little,
-/// and no more groups of lanes than a word has bits.
-inline constexpr std::size_t kBatch = kLanes * 64 < kBlock ? kLanes * 64 : kBlock;
-static_assert(kBatch % kLanes == 0, "whole groups");
-
-// ---- Numbers in memory --------------------------------------------------------------------------
-
-/// How many floats a number has.
-template <typename N>
-inline constexpr std::size_t kParts = 0;
-template <>
-inline constexpr std::size_t kParts<Value> = 1;
-template <>
-inline constexpr std::size_t kParts<Range> = 2;
-template <>
-inline constexpr std::size_t kParts<Slope> = 4;
-
-HWY_INLINE Floats part(const float* block, std::size_t which, std::size_t lane)
-{
-    return hn::Load(FloatTag(), block + which * kBlock + lane);
-}
-HWY_INLINE void setPart(Floats value, float* block, std::size_t which, std::size_t lane)
-{
-    hn::Store(value, FloatTag(), block + which * kBlock + lane);
-}
-
-template <typename N>
-N fromMemory(const float* block, std::size_t lane);
-template <>
-HWY_INLINE Value fromMemory<Value>(const float* block, std::size_t lane)
-{
-    return {part(block, 0, lane)};
-}
-template <>
-HWY_INLINE Range fromMemory<Range>(const float* block, std::size_t lane)
-{
-    return {part(block, 0, lane), part(block, 1, lane)};
-}
-template <>
-HWY_INLINE Slope fromMemory<Slope>(const float* block, std::size_t lane)
-{
-    return {part(block, 0, lane), part(block, 1, lane), part(block, 2, lane), part(block, 3, lane)};
-}
-
-HWY_INLINE void toMemory(const Value& n, float* block, std::size_t lane)
-{
-    setPart(n.v, block, 0, lane);
-}
-HWY_INLINE void toMemory(const Range& n, float* block, std::size_t lane)
-{
-    setPart(n.low, block, 0, lane);
-    setPart(n.high, block, 1, lane);
-}
-HWY_INLINE void toMemory(const Slope& n, float* block, std::size_t lane)
-{
-    setPart(n.v, block, 0, lane);
-    setPart(n.x, block, 1, lane);
-    setPart(n.y, block, 2, lane);
-    setPart(n.z, block, 3, lane);
-}
-
-template <typename N>
-Coordinate<N> coordinateOf(const FrameBlock& frame, std::size_t axis, std::size_t lane);
-template <>
-HWY_INLINE Coordinate<Value>
-coordinateOf<Value>(const FrameBlock& frame, std::size_t axis, std::size_t lane)
-{
-    return {loaded(frame.at[axis] + lane)};
-}
-template <>
-HWY_INLINE Coordinate<Range>
-coordinateOf<Range>(const FrameBlock& frame, std::size_t axis, std::size_t lane)
-{
-    return {loaded(frame.at[axis] + lane), hn::Load(FloatTag(), frame.change[axis] + lane)};
-}
-template <>
-HWY_INLINE Coordinate<Slope>
-coordinateOf<Slope>(const FrameBlock& frame, std::size_t axis, std::size_t lane)
-{
-    const FloatTag f;
-    return {
-        loaded(frame.at[axis] + lane),
-        hn::Load(f, frame.change[3 * axis] + lane),
-        hn::Load(f, frame.change[3 * axis + 1] + lane),
-        hn::Load(f, frame.change[3 * axis + 2] + lane)};
-}
-
-HWY_INLINE void
-setCoordinate(const Coordinate<Value>& c, FrameBlock& frame, std::size_t axis, std::size_t lane)
-{
-    stored(c.at, frame.at[axis] + lane);
-}
-HWY_INLINE void
-setCoordinate(const Coordinate<Range>& c, FrameBlock& frame, std::size_t axis, std::size_t lane)
-{
-    stored(c.at, frame.at[axis] + lane);
-    hn::Store(c.extent, FloatTag(), frame.change[axis] + lane);
-}
-HWY_INLINE void
-setCoordinate(const Coordinate<Slope>& c, FrameBlock& frame, std::size_t axis, std::size_t lane)
-{
-    const FloatTag f;
-    stored(c.at, frame.at[axis] + lane);
-    hn::Store(c.x, f, frame.change[3 * axis] + lane);
-    hn::Store(c.y, f, frame.change[3 * axis + 1] + lane);
-    hn::Store(c.z, f, frame.change[3 * axis + 2] + lane);
-}
-
-template <typename N>
-HWY_INLINE Point<N> pointOf(const FrameBlock& frame, std::size_t lane)
-{
-    return {
-        coordinateOf<N>(frame, 0, lane),
-        coordinateOf<N>(frame, 1, lane),
-        coordinateOf<N>(frame, 2, lane)};
-}
-
-HWY_INLINE Radius radiusOf(const FrameBlock& frame, std::size_t lane)
-{
-    const FloatTag f;
-    return {hn::Load(f, frame.radius[0] + lane), hn::Load(f, frame.radius[1] + lane)};
-}
-
-// ---- What rounding adds to ranges ---------------------------------------------------------------
-
-// A single rounded operation is as monotone as the exact one, so the rounded ends enclose all
-// rounded values. Where more than one rounding comes together, a range is widened.
-
-HWY_INLINE Value outward(const Value& n, float /*slack*/)
-{
-    return n;
-}
-HWY_INLINE Slope outward(const Slope& n, float /*slack*/)
-{
-    return n;
-}
-HWY_INLINE Range outward(const Range& n, float slack)
-{
-    const Floats ulps = constant(5e-7F);
-    const Floats s = constant(slack);
-    return {
-        hn::Sub(n.low, hn::Add(hn::Mul(hn::Abs(n.low), ulps), s)),
-        hn::Add(n.high, hn::Add(hn::Mul(hn::Abs(n.high), ulps), s))};
-}
-
-template <typename N>
-HWY_INLINE N stepped(const N& a, float begin, float end)
-{
-    return smoothStep(a, begin, end);
-}
-template <>
-HWY_INLINE Range stepped(const Range& a, float begin, float end)
-{
-    // A step that has ended is exactly 0 or 1 and must stay so: factors are left out by it.
-    const Range exact = smoothStep(a, begin, end);
-    const Range wide = outward(exact, 0.0F);
-    const Mask flat = hn::Eq(exact.low, exact.high);
-    return {hn::IfThenElse(flat, exact.low, wide.low), hn::IfThenElse(flat, exact.high, wide.high)};
-}
-
-template <typename N>
-HWY_INLINE N weighted(const Radius& radius, float cycles)
-{
-    return weight<N>(radius, cycles);
-}
-template <>
-HWY_INLINE Range weighted<Range>(const Radius& radius, float cycles)
-{
-    const Range exact = weight<Range>(radius, cycles);
-    const Floats zero = hn::Zero(FloatTag());
-    const Floats slack = constant(1e-6F);
-    return {
-        hn::Max(zero, hn::Sub(exact.low, slack)),
-        hn::IfThenElseZero(hn::Gt(exact.high, zero), hn::Add(exact.high, slack))};
-}
-
-template <typename N>
-HWY_INLINE N placeAsNumber(const Coordinate<N>& c)
-{
-    return asNumber(c);
-}
-template <>
-HWY_INLINE Range placeAsNumber(const Coordinate<Range>& c)
-{
-    const Floats rounding = hn::Mul(hn::Abs(narrowed(c.at)), constant(3e-7F));
-    return asNumber(Coordinate<Range>{c.at, hn::Add(c.extent, hn::Add(rounding, rounding))});
-}
-
-// ---- Moved places -------------------------------------------------------------------------------
-
-/// Twice the relative error of a few operations in float.
-inline constexpr float kGrown = 1.000001F;
-
-template <typename N>
-HWY_INLINE Coordinate<N> moved(const Coordinate<N>& c, const N& by)
-{
-    return c + by;
-}
-template <>
-HWY_INLINE Coordinate<Range> moved(const Coordinate<Range>& c, const Range& by)
-{
-    Coordinate<Range> sum = c + by;
-    sum.extent = hn::Mul(sum.extent, constant(kGrown));
-    return sum;
-}
-
-HWY_INLINE DoublePair within(const DoublePair& at, double origin, double inverse)
-{
-    const DoubleTag d;
-    const Doubles o = hn::Set(d, origin);
-    const Doubles i = hn::Set(d, inverse);
-    return {hn::Mul(hn::Sub(at.first, o), i), hn::Mul(hn::Sub(at.second, o), i)};
-}
-HWY_INLINE Coordinate<Value> placedAt(const Coordinate<Value>& c, double origin, double inverse)
-{
-    return {within(c.at, origin, inverse)};
-}
-HWY_INLINE Coordinate<Range> placedAt(const Coordinate<Range>& c, double origin, double inverse)
-{
-    const auto factor = static_cast<float>(inverse);
-    // What the difference loses in double.
-    const Floats lost = hn::Mul(
-        hn::Add(hn::Abs(narrowed(c.at)), constant(static_cast<float>(std::abs(origin)))),
-        constant(1e-15F));
-    return {
-        within(c.at, origin, inverse), hn::Mul(hn::Add(c.extent, lost), constant(factor * kGrown))};
-}
-HWY_INLINE Coordinate<Slope> placedAt(const Coordinate<Slope>& c, double origin, double inverse)
-{
-    const Floats f = constant(static_cast<float>(inverse));
-    return {within(c.at, origin, inverse), hn::Mul(c.x, f), hn::Mul(c.y, f), hn::Mul(c.z, f)};
-}
-
-// ---- Tests --------------------------------------------------------------------------------------
-
-HWY_INLINE Mask decided(const Value& n, Test test, float threshold)
-{
-    const Floats t = constant(threshold);
-    switch (test) {
-    case Test::below:
-        return hn::Lt(n.v, t);
-    case Test::above:
-        return hn::Gt(n.v, t);
-    case Test::beyond:
-        return hn::Gt(hn::Abs(n.v), t);
-    case Test::zero:
-        break;
-    }
-    return hn::Eq(n.v, hn::Zero(FloatTag()));
-}
-HWY_INLINE Mask decided(const Range& n, Test test, float threshold)
-{
-    const Floats t = constant(threshold);
-    const Floats zero = hn::Zero(FloatTag());
-    switch (test) {
-    case Test::below:
-        return hn::Lt(n.high, t);
-    case Test::above:
-        return hn::Gt(n.low, t);
-    case Test::beyond:
-        return hn::Or(hn::Gt(n.low, t), hn::Lt(n.high, hn::Neg(t)));
-    case Test::zero:
-        break;
-    }
-    return hn::And(hn::Eq(n.low, zero), hn::Eq(n.high, zero));
-}
-HWY_INLINE Mask decided(const Slope& n, Test test, float threshold)
-{
-    const Mask value = decided(Value{n.v}, test, threshold);
-    if (test != Test::zero)
-        return value;
-    const Floats slope = hn::Max(hn::Max(hn::Abs(n.x), hn::Abs(n.y)), hn::Abs(n.z));
-    return hn::And(value, hn::Eq(slope, hn::Zero(FloatTag())));
-}
-
-HWY_INLINE Value chosen(Mask mask, const Value& yes, const Value& no)
-{
-    return {hn::IfThenElse(mask, yes.v, no.v)};
-}
-HWY_INLINE Range chosen(Mask mask, const Range& yes, const Range& no)
-{
-    return {hn::IfThenElse(mask, yes.low, no.low), hn::IfThenElse(mask, yes.high, no.high)};
-}
-HWY_INLINE Slope chosen(Mask mask, const Slope& yes, const Slope& no)
-{
-    return selected(mask, yes, no);
-}
-
-// ---- Curves -------------------------------------------------------------------------------------
-
-struct CurveSpan {
-    const CurvePiece* pieces;
-    std::size_t count;
-};
-
-struct CurveSample {
-    Floats value;
-    Floats slope;
-};
-HWY_INLINE CurveSample curveAt(const CurveSpan& curve, Floats x)
-{
-    CurveSample sample{constant(curve.pieces[0].coefficients[0]), hn::Zero(FloatTag())};
-    for (std::size_t i = 0; i < curve.count; ++i) {
-        const CurvePiece& piece = curve.pieces[i];
-        const auto c = [&](std::size_t k) HWY_ATTR { return constant(piece.coefficients[k]); };
-        const Mask here = hn::Ge(x, constant(piece.begin));
-        const Floats t = hn::Sub(x, constant(piece.begin));
-        const Floats inner = hn::Add(c(2), hn::Mul(t, c(3)));
-        const Floats value = hn::Add(c(0), hn::Mul(t, hn::Add(c(1), hn::Mul(t, inner))));
-        // Rounding must not leave what lies between the two points.
-        const Floats kept = hn::Min(hn::Max(value, constant(piece.low)), constant(piece.high));
-        const Floats slope = hn::Add(
-            c(1),
-            hn::Mul(t, hn::Add(hn::Add(c(2), c(2)), hn::Mul(t, hn::Mul(constant(3.0F), c(3))))));
-        sample.value = hn::IfThenElse(here, kept, sample.value);
-        sample.slope = hn::IfThenElse(here, slope, sample.slope);
-    }
-    return sample;
-}
-HWY_INLINE Value curved(const CurveSpan& curve, const Value& a)
-{
-    return {curveAt(curve, a.v).value};
-}
-HWY_INLINE Slope curved(const CurveSpan& curve, const Slope& a)
-{
-    const CurveSample sample = curveAt(curve, a.v);
-    return mapped(a, sample.value, sample.slope);
-}
-HWY_INLINE Range curved(const CurveSpan& curve, const Range& a)
-{
-    // Between points it is monotone: the ends of the range, and the points within.
-    const Floats atLow = curveAt(curve, a.low).value;
-    const Floats atHigh = curveAt(curve, a.high).value;
-    Floats low = hn::Min(atLow, atHigh);
-    Floats high = hn::Max(atLow, atHigh);
-    for (std::size_t i = 0; i < curve.count; ++i) {
-        const Floats at = constant(curve.pieces[i].begin);
-        const Floats value = constant(curve.pieces[i].coefficients[0]);
-        const Mask inside = hn::And(hn::Le(a.low, at), hn::Le(at, a.high));
-        low = hn::IfThenElse(inside, hn::Min(low, value), low);
-        high = hn::IfThenElse(inside, hn::Max(high, value), high);
-    }
-    return {low, high};
-}
-
-// ---- Noise --------------------------------------------------------------------------------------
-
-/// A kind of noise as a function: programs say which while they run.
-template <typename N, typename Octave>
-using NoiseCall = N (*)(const Octave&, const Point<N>&);
-
-template <typename N, typename Octave>
-HWY_INLINE NoiseCall<N, Octave> noiseOf(NoiseKind kind)
-{
-    switch (kind) {
-    case NoiseKind::value:
-        return &calledNoise<NoiseKind::value, N, Octave>;
-    case NoiseKind::gradient:
-        break;
-    case NoiseKind::simplex:
-        return &calledNoise<NoiseKind::simplex, N, Octave>;
-    case NoiseKind::cellular:
-        return &calledNoise<NoiseKind::cellular, N, Octave>;
-    case NoiseKind::border:
-        return &calledNoise<NoiseKind::border, N, Octave>;
-    }
-    return &calledNoise<NoiseKind::gradient, N, Octave>;
-}
-
-/// The same as fractalSum of a kind and norms that are known beforehand.
-template <FractalKind kFractal, typename N, typename Octave>
-HWY_INLINE N putTogether(
-    NoiseCall<N, Octave> call,
-    const Octave* octaves,
-    std::size_t count,
-    const FractalNorms& norms,
-    const Point<N>& p,
-    const Radius& radius)
-{
-    FractalSum<kFractal, N> fractal{fromConstant<N>(0.0F), fromConstant<N>(1.0F)};
-    for (std::size_t i = 0; i < count; ++i) {
-        const N factor = weight<N>(radius, octaves[i].filterCycles);
-        // Shorter waves are filtered away as well, in the same lanes.
-        if (vanishes(factor))
-            break;
-        fractal.add(call(octaves[i], p), octaves[i].amplitude, factor, norms);
-    }
-    return chained(fractal.sum, p);
-}
-
-template <typename N>
-HWY_INLINE N detailed(
-    N value,
-    const DetailOctave* octaves,
-    std::size_t count,
-    const N& strength,
-    const Point<N>& p,
-    const Radius& radius)
-{
-    for (std::size_t i = 0; i < count; ++i) {
-        const DetailOctave& octave = octaves[i];
-        const N open =
-            1.0F - smoothStep(magnitude(value), octave.remaining, 2.0F * octave.remaining);
-        // What is too far from zero for this octave is too far for the weaker ones that follow.
-        if (vanishes(open))
-            break;
-        const N near = open * weight<N>(radius, octave.noise.filterCycles);
-        if (vanishes(near))
-            continue;
-        const N noise = chained(noiseOf<N, SpaceOctave>(octave.kind)(octave.noise, p), p);
-        value = value + noise * octave.noise.amplitude * near * strength;
-    }
-    return value;
-}
-
-// ---- The machine --------------------------------------------------------------------------------
 
 /// A program with memory for one block.
 template <typename N>
@@ -477,6 +56,23 @@ public:
                 frame.radius[0] + _count, frame.radius[0] + filled, frame.radius[0][_count - 1]);
         }
         std::copy_n(frame.radius[0], filled, frame.radius[1]);
+    }
+
+    /// Takes a row of a grid, of at most `kBatch` points; noise is taken from what rows share.
+    void loadRow(const GridFrame& grid, GridNoise& noise)
+    {
+        _first = 0;
+        _count = grid.at[0].size();
+        _grid = &noise;
+        const std::size_t filled = groups() * kLanes;
+        const GridRow& row = noise.row();
+        FrameBlock& frame = world();
+        std::ranges::copy(grid.at[0], frame.at[0]);
+        std::fill(frame.at[0] + _count, frame.at[0] + filled, frame.at[0][_count - 1]);
+        std::fill_n(frame.at[1], filled, grid.at[1][row.y]);
+        std::fill_n(frame.at[2], filled, grid.at[2][row.z]);
+        std::fill_n(frame.radius[0], filled, grid.radius);
+        std::fill_n(frame.radius[1], filled, grid.radius);
     }
 
     [[nodiscard]] std::size_t groups() const { return (_count + kLanes - 1) / kLanes; }
@@ -690,18 +286,67 @@ private:
     template <typename Octave>
     void noise(const Instruction& i, std::uint64_t active, const Octave* octaves) const
     {
+        if constexpr (kParts<N> == kParts<Value>)
+            if (isShared(i))
+                return sharedNoise(i, active, octaves);
+        scatteredNoise(i, active, octaves);
+    }
+
+    /// True if rows of a grid share something of the instruction's noise.
+    [[nodiscard]] bool isShared(const Instruction& i) const
+    {
+        return _grid != nullptr && _grid->of(i).frame != nullptr;
+    }
+
+    void sharedNoise(const Instruction& i, std::uint64_t active, const SpaceOctave* octaves) const
+    {
+        GridInstruction& shared = _grid->of(i);
+        const auto sum = [&](auto over) {
+            over(i, active, octaves, shared, _grid->row(), frame(i.frame), reg(i.target));
+        };
         switch (i.fractal) {
         case FractalKind::brownian:
-            return noise<FractalKind::brownian>(i, active, octaves);
+            return sum(&sumOverRow<FractalKind::brownian>);
         case FractalKind::ridged:
-            return noise<FractalKind::ridged>(i, active, octaves);
+            return sum(&sumOverRow<FractalKind::ridged>);
         case FractalKind::billow:
-            return noise<FractalKind::billow>(i, active, octaves);
+            return sum(&sumOverRow<FractalKind::billow>);
+        }
+    }
+    void sharedNoise(const Instruction& i, std::uint64_t active, const PlaneOctave* octaves) const
+    {
+        PlaneRows& plane = *_grid->of(i).plane;
+        const std::size_t y = _grid->row().y;
+        const FloatTag f;
+        float* const to = reg(i.target);
+        float* const kept = plane.row(y);
+        const std::uint64_t unknown = active & ~plane.known(y);
+        if (unknown != 0)
+            scatteredNoise(i, unknown, octaves);
+        forEachGroupOf(active, [&](std::size_t lane) HWY_ATTR {
+            const bool isNew = (unknown >> (lane / kLanes) & 1U) != 0;
+            float* const target = isNew ? kept : to;
+            hn::StoreU(hn::LoadU(f, (isNew ? to : kept) + lane), f, target + lane);
+        });
+        plane.setKnown(y, unknown);
+    }
+
+    template <typename Octave>
+    void scatteredNoise(const Instruction& i, std::uint64_t active, const Octave* octaves) const
+    {
+        switch (i.fractal) {
+        case FractalKind::brownian:
+            return noiseOfFractal<FractalKind::brownian>(i, active, octaves);
+        case FractalKind::ridged:
+            return noiseOfFractal<FractalKind::ridged>(i, active, octaves);
+        case FractalKind::billow:
+            return noiseOfFractal<FractalKind::billow>(i, active, octaves);
         }
     }
 
     template <FractalKind kFractal, typename Octave>
-    HWY_NOINLINE void noise(const Instruction& i, std::uint64_t active, const Octave* octaves) const
+    HWY_NOINLINE void
+    noiseOfFractal(const Instruction& i, std::uint64_t active, const Octave* octaves) const
     {
         const NoiseCall<N, Octave> call = noiseOf<N, Octave>(i.kind);
         each(i, active, [&](std::size_t lane) HWY_ATTR {
@@ -719,6 +364,17 @@ private:
         const DetailOctave* octaves = _program.detailOctaves.data() + i.first;
         const float* base = reg(i.a);
         const float* strength = reg(i.b);
+        if constexpr (kParts<N> == kParts<Value>)
+            if (isShared(i))
+                return detailOverRow(
+                    octaves,
+                    active,
+                    _grid->of(i),
+                    _grid->row(),
+                    frame(i.frame),
+                    base,
+                    strength,
+                    reg(i.target));
         each(i, active, [&](std::size_t lane) HWY_ATTR {
             const FrameBlock& f = frame(i.frame);
             const N value = detailed(
@@ -843,6 +499,7 @@ private:
 
     const Program& _program;
     Scratch _scratch;
+    GridNoise* _grid = nullptr; ///< what rows of a grid share, while those are evaluated
     std::size_t _first = 0;
     std::size_t _count = 0;
 };
@@ -862,6 +519,46 @@ void runOverBatch(const Program& program, const SampleBatch& batch, const Finish
         machine.load(batch, first);
         machine.run(machine.groups());
         finish(machine);
+    }
+}
+
+/// Runs the program over the rows of a grid, block by block.
+inline void runOverGrid(const Program& program, const SampleGrid& grid, float* values)
+{
+    // So few rows that what they share stays in a near cache.
+    constexpr std::int64_t kMostRows = 16;
+    const auto coordinates = [&](glm::length_t axis, std::int64_t first, std::int64_t count) {
+        std::vector<double> all;
+        for (std::int64_t i = 0; i < count; ++i) {
+            const std::int64_t index = grid.first[axis] + first + i;
+            all.push_back(grid.origin[axis] + grid.spacing * static_cast<double>(index));
+        }
+        return all;
+    };
+    Machine<Value> machine(program);
+    constexpr auto kMostPoints = static_cast<std::int64_t>(kBatch);
+    for (std::int64_t y = 0; y < grid.count.y; y += kMostRows) {
+        for (std::int64_t x = 0; x < grid.count.x; x += kMostPoints) {
+            const GridFrame block{
+                {coordinates(0, x, std::min(kMostPoints, grid.count.x - x)),
+                 coordinates(1, y, std::min(kMostRows, grid.count.y - y)),
+                 coordinates(2, 0, grid.count.z)},
+                grid.spacing,
+                static_cast<float>(grid.radius)};
+            GridNoise noise(program, block);
+            for (std::size_t k = 0; k < block.at[2].size(); ++k) {
+                for (std::size_t j = 0; j < block.at[1].size(); ++j) {
+                    noise.startRow({j, k});
+                    machine.loadRow(block, noise);
+                    machine.run(machine.groups());
+                    const std::size_t row = k * static_cast<std::size_t>(grid.count.y) +
+                                            static_cast<std::size_t>(y) + j;
+                    machine.storeValues(
+                        values + row * static_cast<std::size_t>(grid.count.x) +
+                        static_cast<std::size_t>(x));
+                }
+            }
+        }
     }
 }
 
