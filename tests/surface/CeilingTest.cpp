@@ -113,5 +113,58 @@ TEST(Ceilings, countWhatTheHostHolds)
     EXPECT_EQ(host.cracks(), 0U);
 }
 
+TEST(Ceilings, holdWhenAnotherIsovalueHasMoreOfASurface)
+{
+    // drops at the higher isovalue, which flow together into sheets at the lower one
+    class Drops final : public fields::Field {
+    public:
+        void sample(const fields::SampleBatch& batch, std::span<float> values) const override
+        {
+            for (std::size_t i = 0; i < batch.size(); ++i)
+                values[i] = static_cast<float>(
+                    std::sin(40 * batch.x[i]) * std::sin(40 * batch.y[i]) *
+                    std::sin(40 * batch.z[i]));
+        }
+        [[nodiscard]] core::Interval bounds(const core::Box&, core::Interval) const override
+        {
+            return {-1.0, 1.0};
+        }
+        [[nodiscard]] double differenceStep(double) const override { return 1e-4; }
+    };
+    constexpr double kDrops = 0.8;
+    constexpr double kSheets = 0.05;
+    const hierarchy::View view = viewFrom({0.5, 0.5, 1.3});
+    SurfaceOptions options = smallOptions();
+    options.pixelError = 4;
+    options.maxLevel = 12;
+    const auto made = [&](double isovalue, const Ceilings& ceilings) {
+        options.extraction.isovalue = isovalue;
+        options.maxTriangles = ceilings.triangles;
+        options.maxBytes = ceilings.bytes;
+        return Surface(std::make_shared<Drops>(), {}, options, jobsOf(core::JobsBackend::threads));
+    };
+    Surface free = made(kDrops, {});
+    free.settle(view);
+    const SurfaceStats drops = free.stats();
+    for (const Ceilings& ceilings :
+         {Ceilings{.triangles = drops.triangles * 3 / 2},
+          Ceilings{.bytes = drops.totalBytes - drops.cacheBytes + drops.meshBytes * 3 / 2}}) {
+        Surface surface = made(kDrops, ceilings);
+        surface.settle(view);
+        ASSERT_EQ(surface.stats().triangles, drops.triangles) << "the drops fit";
+        surface.setIsovalue(kSheets);
+        for (int i = 0; i < 20000 && (i == 0 || !surface.isSettled()); ++i) {
+            if (surface.update(view, {.milliseconds = 10}).isEmpty())
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            ASSERT_LE(surface.stats().triangles, ceilings.triangles);
+        }
+        ASSERT_TRUE(surface.isSettled());
+        EXPECT_LE(surface.stats().totalBytes, ceilings.bytes);
+        Surface other = made(kSheets, ceilings);
+        other.settle(view);
+        EXPECT_EQ(surface.stats().triangles, other.stats().triangles);
+    }
+}
+
 } // namespace
 } // namespace isofront::surface

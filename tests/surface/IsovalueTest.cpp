@@ -227,5 +227,130 @@ TEST(Isovalue, canBeTakenBackAndIsRefusedIfItIsNotANumber)
     EXPECT_EQ(host.cracks(), 0U);
 }
 
+/// The surface that has seen nothing but a view at an isovalue.
+std::set<CellId> fromNothing(SurfaceOptions options, double isovalue, const hierarchy::View& view)
+{
+    options.extraction.isovalue = isovalue;
+    Surface surface(std::make_shared<Hills>(), {}, options);
+    Host host;
+    host.apply(surface.settle(view));
+    return idsOf(host);
+}
+
+TEST(Isovalue, canGoBackAndForthFasterThanTheSurfaceFollows)
+{
+    // two changes between two updates, of which the second is to what is being gone back to
+    SurfaceOptions options = smallOptions();
+    options.pixelError = 4;
+    const auto jobs = jobsOf(core::JobsBackend::threads);
+    const hierarchy::View first = viewFrom({0.4, 0.3, 0.7});
+    const hierarchy::View second = viewFrom({0.7, 0.6, 0.6});
+    const std::set<CellId> expected = fromNothing(options, 0, second);
+    for (int updates = 0; updates < 5; ++updates) {
+        Surface surface(std::make_shared<Hills>(), {}, options, jobs);
+        Host host;
+        host.apply(surface.settle(first));
+        // operations are under way
+        host.apply(surface.update(second, {.milliseconds = 1}));
+        surface.setIsovalue(0.03);
+        host.apply(surface.update(second));
+        surface.setIsovalue(0);
+        for (int i = 0; i < updates; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(4));
+            host.apply(surface.update(second, {.milliseconds = 1}));
+        }
+        surface.setIsovalue(0.02);
+        surface.setIsovalue(0);
+        settleInto(surface, host, second);
+        EXPECT_EQ(host.cracks(), 0U);
+        EXPECT_EQ(host.strangers(extractorOf(0)), 0U);
+        EXPECT_EQ(idsOf(host), expected) << updates;
+    }
+}
+
+TEST(Isovalue, extractsNothingAgainOnTheWayBack)
+{
+    Surface surface(std::make_shared<Hills>(), {}, smallOptions());
+    Host host;
+    const hierarchy::View view = viewFrom({0.4, 0.3, 0.7});
+    settleInto(surface, host, view);
+    surface.setIsovalue(0.02);
+    host.apply(nextDelta(surface, view));
+    // at once, while all is where it was, and when some or all of it is in the cache
+    double isovalue = 0.02;
+    for (const int updates : {0, 1, 2, 30}) {
+        settleInto(surface, host, view);
+        for (int back = 0; back < 2; ++back) {
+            for (int i = 0; i < updates; ++i)
+                host.apply(surface.update(view, {.milliseconds = 0.05}));
+            const std::uint64_t samples = surface.stats().samples;
+            const std::uint64_t cached = surface.stats().cellsFromCache;
+            isovalue = 0.02 - isovalue;
+            surface.setIsovalue(isovalue);
+            host.apply(nextDelta(surface, view));
+            // but for cells that another front has brought meanwhile
+            if (back == 1 || updates == 0) {
+                EXPECT_EQ(surface.stats().samples, samples) << updates << " updates";
+            }
+            EXPECT_GT(surface.stats().cellsFromCache, cached + 100);
+            EXPECT_EQ(host.strangers(extractorOf(isovalue)), 0U);
+            EXPECT_EQ(host.cracks(), 0U);
+        }
+    }
+}
+
+TEST(Isovalue, keepsItsMemoryWithinBoundsWhileItChangesWithoutAPause)
+{
+    // another one as soon as one is there, so that there is never time to put meshes away
+    SurfaceOptions options = smallOptions();
+    options.pixelError = 4;
+    options.cacheBytes = 3'000'000;
+    Surface surface(std::make_shared<Hills>(), {}, options);
+    Host host;
+    const hierarchy::View view = viewFrom({0.4, 0.3, 0.7});
+    host.apply(surface.settle(view));
+    std::size_t most = 0;
+    std::size_t meshes = 0;
+    for (int change = 1; change <= 40; ++change) {
+        surface.setIsovalue(0.0005 * change);
+        host.apply(nextDelta(surface, view));
+        const SurfaceStats stats = surface.stats();
+        most = std::max(most, stats.totalBytes - stats.hierarchyBytes);
+        meshes = std::max(meshes, stats.meshBytes);
+    }
+    EXPECT_GT(40 * meshes, 4 * options.cacheBytes) << "or it is no test";
+    EXPECT_LE(most, meshes + 2 * options.cacheBytes);
+    EXPECT_EQ(host.strangers(extractorOf(0.02)), 0U);
+}
+
+TEST(Isovalue, leavesNoTraceOfAChangeThatWasStoppedHalfWay)
+{
+    SurfaceOptions options = smallOptions();
+    options.pixelError = 3;
+    options.detail.measuredLevels = 6;
+    Surface surface(std::make_shared<Hills>(), {}, options);
+    Host host;
+    const hierarchy::View view = viewFrom({0.4, 0.3, 0.7});
+    host.apply(surface.settle(view));
+    surface.setIsovalue(0.03);
+    std::stop_source source;
+    EXPECT_TRUE(surface
+                    .settle(
+                        view,
+                        [&](double share) {
+                            if (share > 0.2)
+                                source.request_stop();
+                        },
+                        source.get_token())
+                    .isEmpty());
+    ASSERT_TRUE(source.stop_requested());
+    surface.setIsovalue(0);
+    const hierarchy::View other = viewFrom({0.5, 0.4, 0.68});
+    settleInto(surface, host, other);
+    EXPECT_EQ(host.cracks(), 0U);
+    EXPECT_EQ(host.strangers(extractorOf(0)), 0U);
+    EXPECT_EQ(idsOf(host), fromNothing(options, 0, other));
+}
+
 } // namespace
 } // namespace isofront::surface

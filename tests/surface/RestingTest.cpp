@@ -115,6 +115,32 @@ TEST(Resting, leavesLessWhereTheSurfaceIsFlatAndAsMuchWhereItIsNot)
     EXPECT_LE(trianglesOf(std::make_shared<Hills>(), 6), hilly);
 }
 
+TEST(Resting, beginsToMeasureErrorsWhenItIsAskedTo)
+{
+    SurfaceOptions options = measuredOptions();
+    const DetailSettings measured = options.detail;
+    const hierarchy::View view = viewFrom({0.4, 0.3, 0.7});
+    const std::set<CellId> expected = fromNothing(options, view);
+    options.detail = {};
+    // with a surface at rest, and with operations under way and in a change of the isovalue
+    for (const int how : {0, 3}) {
+        Surface surface(std::make_shared<Hills>(), {}, options);
+        Host host;
+        host.apply(surface.settle(how == 0 ? view : viewFrom({0.7, 0.6, 0.6})));
+        for (int i = 0; i < how; ++i)
+            host.apply(surface.update(view, {.milliseconds = 1}));
+        if (how == 3) {
+            surface.setIsovalue(0.01);
+            host.apply(surface.update(view, {.milliseconds = 1}));
+        }
+        surface.setDetail(options.pixelError, measured);
+        surface.setIsovalue(0);
+        settleInto(surface, host, view);
+        EXPECT_EQ(idsOf(host), expected) << how;
+        EXPECT_EQ(host.cracks(), 0U);
+    }
+}
+
 TEST(Resting, givesBackMemoryAfterManyTeleports)
 {
     SurfaceOptions options = measuredOptions();

@@ -20,13 +20,19 @@ std::size_t Surface::Impl::bytesInUse() const
            _refinement.bytes() + _bounds->bytes() + _errors->bytes() + _hostBytes;
 }
 
+/// Without what gives way to all else: the cache and what is on its way there.
+std::size_t Surface::Impl::bytesNeeded() const
+{
+    return bytesInUse() - _cache.bytes() - _retiredBytes;
+}
+
 bool Surface::Impl::hasRoomFor(const LatticePoint& centre, const Operation& operation) const
 {
     // a split doubles the cells of its diamond
     const std::size_t wholes = operation.cells.size() / 2;
     if (_shown.cellCount() + wholes > _options.maxCells)
         return false;
-    if (bytesInUse() - _cache.bytes() > _options.maxBytes)
+    if (bytesNeeded() > _options.maxBytes)
         return false;
     if (_stats.triangles * 2 < _options.maxTriangles / 2)
         return true;
@@ -58,7 +64,7 @@ bool Surface::Impl::hasRoomForAllOperations() const
                 triangles -= shown->second->triangleCount();
         }
     return _refinement.front().cellCount() <= _options.maxCells &&
-           triangles <= _options.maxTriangles && bytesInUse() - _cache.bytes() <= _options.maxBytes;
+           triangles <= _options.maxTriangles && bytesNeeded() <= _options.maxBytes;
 }
 
 /// Of the ceiling that is nearest.
@@ -70,7 +76,7 @@ double Surface::Impl::shareOfCeilings() const
     return std::max(
         {share(_refinement.front().cellCount(), _options.maxCells),
          share(_stats.triangles, _options.maxTriangles),
-         share(bytesInUse() - _cache.bytes(), _options.maxBytes)});
+         share(bytesNeeded(), _options.maxBytes)});
 }
 
 /// The wanted front may not grow far beyond its ceiling, even for the time until it is settled.
@@ -97,17 +103,19 @@ void Surface::Impl::watchCells()
 
 void Surface::Impl::watchCeilings()
 {
-    const std::size_t others = bytesInUse() - _cache.bytes();
-    _cache.setCapacity(
-        std::min(_options.cacheBytes, _options.maxBytes - std::min(others, _options.maxBytes)));
+    const std::size_t needed = bytesNeeded();
+    boundRetired();
+    _cache.setCapacity(std::min(
+        _options.cacheBytes,
+        _options.maxBytes - std::min(needed + _retiredBytes, _options.maxBytes)));
     if (!_refinement.isSettled() || _trial != Trial::none)
         return;
-    const bool isOver = !_blocked.empty() || others > _options.maxBytes;
+    const bool isOver = !_blocked.empty() || needed > _options.maxBytes;
     if (isOver) {
         if (_merges == 0 && !_control.isAtItsEnd()) { // merges would make room
             // What hysteresis and history have left may be too much where the front built from
             // nothing isn't: only a trial proves that. Memory is as it is.
-            if (others > _options.maxBytes)
+            if (needed > _options.maxBytes)
                 _control.coarsen();
             else
                 _control.coarsenOnSuspicion(1);

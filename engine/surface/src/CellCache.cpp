@@ -4,6 +4,18 @@
 
 namespace isofront::surface {
 
+const CellMeshPointer& meshOfEmptyCell(bool provedEmpty)
+{
+    static const auto emptyMesh = [](bool proved) {
+        extractor::CellMesh mesh;
+        mesh.stats.provedEmpty = proved;
+        return std::make_shared<const extractor::CellMesh>(std::move(mesh));
+    };
+    static const CellMeshPointer kEmpty = emptyMesh(false);
+    static const CellMeshPointer kProvedEmpty = emptyMesh(true);
+    return provedEmpty ? kProvedEmpty : kEmpty;
+}
+
 std::size_t CellCache::bytesOf(const Entry& entry)
 {
     // a node of the list and one of the map beside the mesh itself

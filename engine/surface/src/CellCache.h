@@ -30,6 +30,10 @@ struct MeshKeyHash {
     }
 };
 
+/// What stands for a cell that has been found to have no triangles: the same mesh for all.
+/// @param provedEmpty  by bounds, so that it was never sampled
+const CellMeshPointer& meshOfEmptyCell(bool provedEmpty);
+
 /// Meshes of cells that are not shown now but may be again, the least recently used let go first
 /// when their bytes exceed a bound.
 ///

@@ -1,10 +1,19 @@
 #include "ExtractionQueue.h"
 
+#include "Turns.h"
+
 #include <isofront/hierarchy/Diamond.h>
 
 #include <utility>
 
 namespace isofront::surface {
+
+namespace {
+
+/// Cells that a worker extracts before others who share the jobs have their turn.
+constexpr std::size_t kTurn = 4;
+
+} // namespace
 
 ExtractionQueue::ExtractionQueue(
     std::shared_ptr<const extractor::CellExtractor> extractor, std::shared_ptr<core::Jobs> jobs)
@@ -107,7 +116,17 @@ void ExtractionQueue::startWorkers()
 void ExtractionQueue::work()
 {
     std::unique_lock lock(_mutex);
-    while (!_queue.empty()) {
+    for (std::size_t extracted = 0; !_queue.empty();) {
+        if (extracted == kTurn) {
+            extracted = 0;
+            // Once it is handed over this queue may be gone. Its jobs are not: they wait for this.
+            core::Jobs& jobs = *_jobs;
+            lock.unlock();
+            if (handOver(jobs, [this] { work(); }))
+                return;
+            lock.lock();
+            continue;
+        }
         const Queued next = _queue.top();
         _queue.pop();
         const auto found = _entries.find(next.id);
@@ -123,6 +142,7 @@ void ExtractionQueue::work()
         lock.unlock();
         auto mesh = extractor->extract(hierarchy::tetrahedronOf(next.id), nullptr, cancelled.get());
         lock.lock();
+        ++extracted;
         if (generation != _generation)
             continue;
 

@@ -28,12 +28,6 @@ constexpr std::size_t kMostReordered = 1024;
 /// and cells handed to the cache.
 constexpr std::size_t kSlice = 32;
 
-/// A cell among those of its diamond.
-std::uint8_t maskOf(const CellId& id)
-{
-    return static_cast<std::uint8_t>(1U << id.index);
-}
-
 } // namespace
 
 std::vector<CellId> halvesOf(const hierarchy::LatticePoint& centre)
@@ -100,7 +94,7 @@ Delta Surface::Impl::update(const hierarchy::View& view, const UpdateBudget& bud
     _hostBytes = budget.hostBytes;
     if (std::optional<Delta> changed = change())
         return *std::move(changed);
-    retire(after(0.2));
+    retireSome(after(0.2));
 
     // first what is there, so that it isn't asked for again
     DeltaBuilder delta;
@@ -133,10 +127,36 @@ void Surface::Impl::setDetail(double pixelError, DetailSettings detail)
 {
     ISOFRONT_ASSERT(pixelError > 0, "no error at all can't be reached");
     const double offScreen = detail.offScreen;
+    if (detail.measuredLevels > 0 && _options.detail.measuredLevels <= 0) {
+        _beginsToMeasure = true;
+        if (_whole)
+            _whole->abort();
+    }
     _options.pixelError = pixelError;
     _options.detail = std::move(detail);
     _refinement.setOffScreen(offScreen);
     _control.forget();
+    if (_hasView)
+        renewCriterion();
+}
+
+/// What has been extracted doesn't tell its error, nor which cells were proved empty.
+void Surface::Impl::beginMeasuring()
+{
+    _beginsToMeasure = false;
+    if (_whole)
+        discard(std::exchange(_whole, nullptr));
+    _extractor = extractorFor(_isovalue);
+    _queue.restart(_extractor);
+    _arrived.clear();
+    discard(std::exchange(_cache, CellCache(_options.cacheBytes)));
+    discard(std::exchange(_retired, {}));
+    _retiredBytes = 0;
+    _errors = std::make_shared<MeasuredErrors>();
+    Requests requests;
+    for (const auto& [id, centre] : _owner)
+        requests.push_back({id, _operations.at(centre).urgency});
+    request(requests);
     if (_hasView)
         renewCriterion();
 }
@@ -497,16 +517,12 @@ void Surface::Impl::hide(const CellId& id, DeltaBuilder& delta)
 {
     const auto found = _meshes.find(id);
     if (found == _meshes.end()) {
-        // shared by all of them
-        static const auto emptyMesh = [](bool proved) {
-            extractor::CellMesh mesh;
-            mesh.stats.provedEmpty = proved;
-            return std::make_shared<const extractor::CellMesh>(std::move(mesh));
-        };
-        static const auto kEmpty = emptyMesh(false);
-        static const auto kProvedEmpty = emptyMesh(true);
         delta.remove(id, nullptr);
-        keep(id, _errors->of(id.spine, maskOf(id)).largest == 0 ? kProvedEmpty : kEmpty);
+        // where errors count, it must be known whether it was proved
+        if (_options.detail.measuredLevels <= 0)
+            keep(id, meshOfEmptyCell(false));
+        else if (_errors->isKnown(id))
+            keep(id, meshOfEmptyCell(_errors->isProvedEmpty(id)));
         return;
     }
     _stats.triangles -= found->second->triangleCount();
@@ -552,20 +568,40 @@ void Surface::Impl::count(const extractor::CellMesh& mesh)
     _stats.sanitisedSamples += mesh.stats.sanitisedSamples;
 }
 
-/// Hands meshes that a change of the isovalue has left to the cache.
-void Surface::Impl::retire(Clock::time_point deadline)
+/// Keeps what a change of the isovalue has left.
+void Surface::Impl::retire(FormerMeshes former)
+{
+    _retiredBytes += former.bytes();
+    _retired.push_back(std::move(former));
+    boundRetired();
+}
+
+/// Like the cache, what is on its way there gives way to all else, the oldest first. It would pile
+/// up where isovalues follow each other so fast that there is no time to put it away.
+void Surface::Impl::boundRetired()
+{
+    const std::size_t room = _options.maxBytes - std::min(bytesNeeded(), _options.maxBytes);
+    while (!_retired.empty() && _retiredBytes > std::min(_options.cacheBytes, room)) {
+        _retiredBytes -= _retired.front().bytes();
+        discard(std::move(_retired.front()));
+        _retired.pop_front();
+    }
+}
+
+/// Hands some of it to the cache.
+void Surface::Impl::retireSome(Clock::time_point deadline)
 {
     for (std::size_t moved = 0; !_retired.empty(); ++moved) {
         if (moved % kSlice == kSlice - 1 && Clock::now() > deadline)
             return;
-        auto& [meshes, isovalue] = _retired.back();
-        if (meshes.empty()) {
-            _retired.pop_back();
+        FormerMeshes& former = _retired.front();
+        _retiredBytes -= former.bytes();
+        if (former.isDone()) {
+            _retired.pop_front();
             continue;
         }
-        auto node = meshes.extract(meshes.begin());
-        _retiredBytes -= node.mapped()->bytes();
-        _cache.insert({node.key(), isovalue}, std::move(node.mapped()));
+        former.moveOneTo(_cache);
+        _retiredBytes += former.bytes();
     }
 }
 

@@ -11,6 +11,7 @@
 #include <isofront/hierarchy/Refinement.h>
 
 #include <chrono>
+#include <deque>
 #include <optional>
 #include <unordered_map>
 #include <unordered_set>
@@ -74,12 +75,6 @@ private:
         std::unordered_set<CellId, CellIdHash> measured; ///< cells that are being extracted for it
         std::vector<hierarchy::FrontChange> changes;
     };
-    /// Meshes that are on their way to the cache.
-    struct Retired {
-        CellMeshes meshes;
-        double isovalue = 0;
-    };
-
     class Settling; // Settling.cpp
 
     // LiveSurface.cpp: the viewer and the criterion
@@ -103,6 +98,7 @@ private:
     void commitReady(DeltaBuilder& delta, Clock::time_point deadline);
     void commit(const LatticePoint& centre, Operation operation, DeltaBuilder& delta);
     [[nodiscard]] bool isLiveSettled() const;
+    void beginMeasuring();
 
     // meshes
     [[nodiscard]] bool isShown(const CellId& id) const;
@@ -112,13 +108,16 @@ private:
     CellMeshPointer fromCache(const CellId& id);
     void measure(const CellId& id, const extractor::CellMesh& mesh);
     void count(const extractor::CellMesh& mesh);
-    void retire(Clock::time_point deadline);
+    void retire(FormerMeshes former);
+    void retireSome(Clock::time_point deadline);
+    void boundRetired();
     Delta finish(DeltaBuilder& delta);
     template <typename T>
     void discard(T thing);
 
     // Ceilings.cpp
     [[nodiscard]] std::size_t bytesInUse() const;
+    [[nodiscard]] std::size_t bytesNeeded() const;
     [[nodiscard]] bool hasRoomFor(const LatticePoint& centre, const Operation& operation) const;
     [[nodiscard]] bool hasRoomForAllOperations() const;
     [[nodiscard]] double shareOfCeilings() const;
@@ -128,7 +127,10 @@ private:
 
     // Changing.cpp: another isovalue
     std::optional<Delta> change();
-    void startWhole();
+    void startWhole(int coarser);
+    void giveUp(std::shared_ptr<WholeSurface> whole);
+    [[nodiscard]] int firstCoarser() const;
+    [[nodiscard]] int levelsTooFine(const WholeSurface& whole) const;
     Delta takeOver(WholeSurface& whole);
     void forgetWork();
 
@@ -156,7 +158,7 @@ private:
     double _isovalue = 0;
     double _shownIsovalue = 0;
     CellCache _cache;
-    std::vector<Retired> _retired;
+    std::deque<FormerMeshes> _retired; ///< on their way to the cache, the oldest first
     std::size_t _retiredBytes = 0;
     Operations _operations;
     std::size_t _merges = 0;                                     ///< of the operations
@@ -183,6 +185,10 @@ private:
     std::optional<Rest> _rest;
     bool _rested = false; ///< the wanted front is the one built from nothing
     std::shared_ptr<WholeSurface> _whole;
+    /// The operations were forgotten: until a whole surface is taken over, the wanted front is not
+    /// what they would make of the shown one.
+    bool _frontsApart = false;
+    bool _beginsToMeasure = false; ///< errors of cells, as soon as no whole surface is under way
     SurfaceStats _stats;
     std::uint64_t _version = 0;
     ExtractionQueue _queue; ///< last: its workers stop before what they use goes

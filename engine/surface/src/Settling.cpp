@@ -168,8 +168,8 @@ private:
                 bytes += found->second->bytes();
             }
         });
-        const std::size_t others = _surface.bytesInUse() - _surface._stats.meshBytes -
-                                   _surface._flightBytes - _surface._cache.bytes();
+        const std::size_t others =
+            _surface.bytesNeeded() - _surface._stats.meshBytes - _surface._flightBytes;
         return triangles <= _surface._options.maxTriangles &&
                bytes + others <= _surface._options.maxBytes &&
                _refinement.front().cellCount() <= _surface._options.maxCells;
@@ -197,8 +197,12 @@ Delta Surface::Impl::settle(
     if (_whole) {
         _whole->abort();
         _whole->wait();
-        _whole.reset();
+        giveUp(std::exchange(_whole, nullptr));
     }
+    if (_beginsToMeasure)
+        beginMeasuring();
+    // all that is known is in one place then
+    retireSome(Clock::time_point::max());
     if (_extractor->settings().isovalue != _isovalue || _shownIsovalue != _isovalue) {
         forgetWork();
         _extractor = extractorFor(_isovalue);
@@ -223,6 +227,8 @@ Delta Surface::Impl::settle(
         for (const auto& [id, centre] : _owner)
             requests.push_back({id, _operations.at(centre).urgency});
         request(requests);
+        if (_isovalue != _shownIsovalue) // the errors are of cells that aren't shown
+            _errors = std::make_shared<MeasuredErrors>();
         return {};
     }
 
@@ -245,6 +251,7 @@ Delta Surface::Impl::settle(
             show(id, std::move(mesh), delta);
     }
     forgetWork();
+    _frontsApart = false;
     _rootMissing.clear();
     _rootMeshes.clear();
     _shown = front;

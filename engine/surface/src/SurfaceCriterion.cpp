@@ -83,6 +83,12 @@ bool MeasuredErrors::isKnown(const hierarchy::CellId& id) const
     return found != _known.end() && !std::isnan(found->second[id.index]);
 }
 
+bool MeasuredErrors::isProvedEmpty(const hierarchy::CellId& id) const
+{
+    const auto found = _known.find(id.spine);
+    return found != _known.end() && found->second[id.index] == 0.0F;
+}
+
 MeasuredErrors::Error
 MeasuredErrors::of(const hierarchy::LatticePoint& centre, std::uint8_t cells) const
 {

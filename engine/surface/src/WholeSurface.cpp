@@ -1,5 +1,7 @@
 #include "WholeSurface.h"
 
+#include "Turns.h"
+
 #include <isofront/core/Powers.h>
 
 #include <algorithm>
@@ -51,11 +53,6 @@ std::vector<DeltaStep> stepsByDiamond(const Delta& delta)
 
 } // namespace
 
-WholeSurface::WholeSurface(Sources sources, std::shared_ptr<core::Jobs> jobs)
-    : _sources(std::move(sources)), _jobs(std::move(jobs))
-{
-}
-
 void WholeSurface::start()
 {
     _running = 1;
@@ -91,6 +88,8 @@ void WholeSurface::list()
                 _items.push_back({id, mesh->second, Item::Origin::shown});
         }
     });
+    if (!_sources.sameIsovalue)
+        listShownEmpty();
     std::ranges::sort(_items, {}, &Item::id);
     _count.store(_items.size(), std::memory_order_relaxed);
     const std::size_t helpers = std::min(_jobs->concurrency(), _items.size() / kBlock + 1) - 1;
@@ -98,6 +97,36 @@ void WholeSurface::list()
     for (std::size_t i = 0; i < helpers; ++i)
         _jobs->submit([self = shared_from_this()] { self->work(); });
     work();
+}
+
+void WholeSurface::listShownEmpty()
+{
+    _sources.shown->forEachDiamond([&](const hierarchy::LatticePoint& centre) {
+        const hierarchy::DiamondState state = _sources.shown->stateOf(centre);
+        if (state.split || isAborted())
+            return;
+        const extractor::BoxBounds* bounds = _sources.bounds->find(centre);
+        if (bounds != nullptr && _sources.shownExtractor->provesEmpty(*bounds))
+            return;
+        for (std::uint8_t index = 0; index < 8; ++index) {
+            const CellId id{centre, index};
+            if ((unsigned{state.cells} >> index & 1U) == 0 || _sources.meshes->contains(id))
+                continue;
+            if (_sources.shownErrors == nullptr)
+                _result.shownEmpty.push_back({id, false});
+            else if (_sources.shownErrors->isKnown(id))
+                _result.shownEmpty.push_back({id, _sources.shownErrors->isProvedEmpty(id)});
+        }
+    });
+    std::ranges::sort(_result.shownEmpty, {}, &FormerMeshes::EmptyCell::id);
+}
+
+CellMeshPointer WholeSurface::known(const CellId& id) const
+{
+    for (const FormerMeshes* former : _sources.former)
+        if (CellMeshPointer mesh = former->find(id))
+            return mesh;
+    return _sources.cache->find({id, isovalue()});
 }
 
 void WholeSurface::work()
@@ -109,7 +138,7 @@ void WholeSurface::work()
             Item& item = _items[i];
             if (item.origin == Item::Origin::shown)
                 continue;
-            item.mesh = _sources.cache->find({item.id, isovalue()});
+            item.mesh = known(item.id);
             if (item.mesh) {
                 item.origin = Item::Origin::cache;
                 continue;
@@ -121,6 +150,8 @@ void WholeSurface::work()
         }
         if (isAborted())
             break;
+        if (handOver(*_jobs, [self = shared_from_this()] { self->work(); }))
+            return;
     }
     leave();
 }
@@ -129,10 +160,32 @@ void WholeSurface::leave()
 {
     if (_running.fetch_sub(1) != 1)
         return;
-    if (!isAborted())
+    if (isAborted())
+        salvage();
+    else
         assemble();
     _quiet.store(true, std::memory_order_release);
     _quiet.notify_all();
+}
+
+void WholeSurface::keep(Item& item)
+{
+    if (item.mesh->indices.empty()) {
+        _result.empty.push_back({item.id, item.mesh->stats.provedEmpty});
+        return;
+    }
+    _result.triangles += item.mesh->triangleCount();
+    _result.meshBytes += item.mesh->bytes();
+    _result.meshes.emplace(item.id, std::move(item.mesh));
+}
+
+void WholeSurface::salvage()
+{
+    _result.shown = {};
+    for (Item& item : _items)
+        if (item.mesh && item.origin == Item::Origin::extracted)
+            keep(item);
+    _items = {};
 }
 
 void WholeSurface::assemble()
@@ -151,13 +204,10 @@ void WholeSurface::assemble()
             _result.samples += mesh.stats.samples;
             _result.sanitisedSamples += mesh.stats.sanitisedSamples;
         }
-        if (mesh.indices.empty())
-            continue;
-        _result.triangles += mesh.triangleCount();
-        _result.meshBytes += mesh.bytes();
-        if (!_sources.sameIsovalue || !_sources.meshes->contains(item.id))
+        if (!mesh.indices.empty() &&
+            (!_sources.sameIsovalue || !_sources.meshes->contains(item.id)))
             delta.added.emplace_back(item.id, item.mesh);
-        _result.meshes.emplace(item.id, std::move(item.mesh));
+        keep(item);
     }
     for (const auto& [id, mesh] : *_sources.meshes)
         if (!_sources.sameIsovalue || !_result.meshes.contains(id))

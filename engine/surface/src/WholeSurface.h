@@ -1,6 +1,7 @@
 #pragma once
 
 #include "CellCache.h"
+#include "FormerMeshes.h"
 #include "isofront/surface/Delta.h"
 #include "isofront/surface/SurfaceCriterion.h"
 
@@ -12,13 +13,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace isofront::surface {
-
-using CellMeshes = std::unordered_map<CellId, CellMeshPointer, CellIdHash>;
 
 /// Prepares another whole surface in the background, with the one delta that leads to it: for
 /// another isovalue, or for a viewer who has jumped. All that depends on the number of cells is
@@ -36,13 +34,23 @@ public:
         const hierarchy::Front* target = nullptr;
         int coarser = 0; ///< levels to take from the finest places of the target
         const CellCache* cache = nullptr;
+        /// What else is known of cells at the extractor's isovalue.
+        std::vector<const FormerMeshes*> former;
         const DiamondBounds* bounds = nullptr;
+        /// Of the isovalue that is shown, to tell which cells bounds prove empty.
+        std::shared_ptr<const extractor::CellExtractor> shownExtractor;
+        /// Of the cells that are shown; null if errors are not measured.
+        const MeasuredErrors* shownErrors = nullptr;
     };
     struct Result {
-        hierarchy::Front shown;  ///< the front of the meshes
-        hierarchy::Front wanted; ///< the same once more
-        CellMeshes meshes;       ///< those with triangles
-        Delta delta;             ///< without a version
+        hierarchy::Front shown;                     ///< the front of the meshes
+        hierarchy::Front wanted;                    ///< the same once more
+        CellMeshes meshes;                          ///< those with triangles
+        std::vector<FormerMeshes::EmptyCell> empty; ///< cells found to have none, by name
+        /// What is known of the cells without triangles that are to go; nothing of those that their
+        /// diamond's bounds prove empty, which is as easily told again.
+        std::vector<FormerMeshes::EmptyCell> shownEmpty;
+        Delta delta; ///< without a version
         std::shared_ptr<MeasuredErrors> errors;
         std::size_t triangles = 0;
         std::size_t meshBytes = 0;
@@ -53,10 +61,12 @@ public:
         std::uint64_t sanitisedSamples = 0;
     };
 
-    WholeSurface(Sources sources, std::shared_ptr<core::Jobs> jobs);
+    /// @param jobs  must be there until it is quiet
+    WholeSurface(Sources sources, core::Jobs& jobs) : _sources(std::move(sources)), _jobs(&jobs) {}
 
     void start();
-    /// Asks it to end early; there is no result then.
+    /// Asks it to end early. Of the result there are then only the meshes and empty cells that were
+    /// extracted until then.
     void abort() { _aborted.store(true, std::memory_order_relaxed); }
     [[nodiscard]] bool isAborted() const { return _aborted.load(std::memory_order_relaxed); }
     /// True once nothing of it runs any more.
@@ -64,8 +74,10 @@ public:
     void wait() const { _quiet.wait(false, std::memory_order_acquire); }
     /// Cells that are still to be extracted, as far as is known.
     [[nodiscard]] std::size_t pending() const;
-    /// Once it is quiet and wasn't aborted.
+    /// Once it is quiet.
     [[nodiscard]] Result& result() { return _result; }
+    [[nodiscard]] const Result& result() const { return _result; }
+    [[nodiscard]] int coarser() const { return _sources.coarser; }
     [[nodiscard]] double isovalue() const { return _sources.extractor->settings().isovalue; }
 
 private:
@@ -76,12 +88,17 @@ private:
     };
 
     void list();
+    void listShownEmpty();
     void work();
+    [[nodiscard]] CellMeshPointer known(const CellId& id) const;
     void leave();
+    void keep(Item& item);
+    void salvage();
     void assemble();
 
     Sources _sources;
-    std::shared_ptr<core::Jobs> _jobs;
+    /// Not shared: the last to let go of jobs would wait for them, and that may be one of them.
+    core::Jobs* _jobs;
     std::vector<Item> _items; ///< cells that may have a surface, by their names
     std::atomic<std::size_t> _next{0};
     std::atomic<std::size_t> _count{0};

@@ -53,6 +53,8 @@ public:
     /// @param stretch  of the domain's map
     void record(const hierarchy::CellId& id, const extractor::CellMesh& mesh, double stretch);
     [[nodiscard]] bool isKnown(const hierarchy::CellId& id) const;
+    /// Of a cell without triangles: true if it is known that the field's bounds prove it empty.
+    [[nodiscard]] bool isProvedEmpty(const hierarchy::CellId& id) const;
     /// Largest error of some cells of a diamond, and whether all of them are known. Infinite where
     /// a cell without triangles has not been proved empty: what it missed can't be told.
     struct Error {
