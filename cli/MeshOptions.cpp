@@ -4,31 +4,53 @@
 
 namespace isofront::cli {
 
+namespace {
+
+/// `--NAME` and `--no-NAME`.
+void addSwitch(
+    CLI::App& command, const std::string& name, std::optional<bool>& value, std::string what)
+{
+    command.add_flag_function(
+        "--" + name + ",!--no-" + name,
+        [&value](std::int64_t count) { value = count > 0; },
+        std::move(what));
+}
+
+} // namespace
+
 void MeshOptions::addTo(CLI::App& command)
 {
     command
         .add_option(
+            "--quality",
+            quality,
+            "of triangles: 'plain': as they are contoured; 'aligned': with --align; 'best': with "
+            "--smooth 1 --reproject --simplify 0.01 --align --vertices balanced. Those options go "
+            "before it")
+        ->check(CLI::IsMember({"plain", "aligned", "best"}));
+    command
+        .add_option(
             "--smooth", smooth, "passes that even out triangles inside cells, 0 to 100; 1 or 2 do")
-        ->check(CLI::Range(0, 100))
-        ->capture_default_str();
-    command.add_flag(
-        "--reproject", reproject, "then bring the vertices back to the surface by a Newton step");
+        ->check(CLI::Range(0, 100));
+    addSwitch(
+        command, "reproject", reproject, "then bring the vertices back to the surface, or don't");
     command
         .add_option(
             "--simplify",
             simplify,
             "remove vertices inside cells up to this error, in lattice steps; 0 removes none")
-        ->check(within(0.0, 100.0))
-        ->capture_default_str();
-    command.add_flag(
-        "--align", align, "let edges follow the directions in which the surface bends least");
+        ->check(within(0.0, 100.0));
+    addSwitch(
+        command,
+        "align",
+        align,
+        "let edges follow the directions in which the surface bends least, or don't");
     command
         .add_option(
             "--vertices",
             vertices,
             "'surface': vertices lie on it; 'balanced': a little above, for the least error")
-        ->check(CLI::IsMember({"surface", "balanced"}))
-        ->capture_default_str();
+        ->check(CLI::IsMember({"surface", "balanced"}));
     command
         .add_option(
             "--normals",
@@ -42,12 +64,15 @@ void MeshOptions::applyTo(extractor::ExtractionSettings& settings) const
 {
     using extractor::NormalSource;
     using extractor::VertexPlacement;
-    settings.smoothIterations = smooth;
-    settings.reproject = reproject;
-    settings.simplifyError = simplify;
-    settings.alignEdges = align;
-    settings.vertices =
-        vertices == "balanced" ? VertexPlacement::balanced : VertexPlacement::onSurface;
+    const std::string word = quality.value_or("plain");
+    const bool best = word == "best";
+    settings.smoothIterations = smooth.value_or(best ? 1 : 0);
+    settings.reproject = reproject.value_or(best);
+    settings.simplifyError = simplify.value_or(best ? 0.01 : 0.0);
+    settings.alignEdges = align.value_or(word != "plain");
+    settings.vertices = vertices.value_or(best ? "balanced" : "surface") == "balanced"
+                            ? VertexPlacement::balanced
+                            : VertexPlacement::onSurface;
     settings.normals = normals == "six"    ? NormalSource::sixSamples
                        : normals == "four" ? NormalSource::fourSamples
                                            : NormalSource::analytic;
@@ -55,11 +80,15 @@ void MeshOptions::applyTo(extractor::ExtractionSettings& settings) const
 
 void MeshOptions::describe(nlohmann::ordered_json& json) const
 {
-    json["smooth"] = smooth;
-    json["reproject"] = reproject;
-    json["simplify"] = simplify;
-    json["align"] = align;
-    json["vertices"] = vertices;
+    extractor::ExtractionSettings settings;
+    applyTo(settings);
+    json["quality"] = quality.value_or("plain");
+    json["smooth"] = settings.smoothIterations;
+    json["reproject"] = settings.reproject;
+    json["simplify"] = settings.simplifyError;
+    json["align"] = settings.alignEdges;
+    json["vertices"] =
+        settings.vertices == extractor::VertexPlacement::balanced ? "balanced" : "surface";
     json["normals"] = normals;
 }
 

@@ -72,7 +72,7 @@ extern "C" void isofrontFlyingEdgesMesh(
     const std::array<double, 3>& origin,
     double spacing,
     double isovalue,
-    isofront::bench::peers::VtkMesh& mesh)
+    isofront::bench::peers::PeerMesh& mesh)
 {
     vtkSMPTools::Initialize(1);
     vtkNew<vtkFloatArray> scalars;

@@ -4,18 +4,12 @@
 // and without our warnings, because VTK 9.1's headers are no C++20, and loaded only when it is
 // measured, so that the program itself needs no VTK.
 
+#include "PeerMesh.h"
+
 #include <array>
-#include <cstdint>
 #include <vector>
 
 namespace isofront::bench::peers {
-
-/// A mesh as this peer hands it over, in plain vectors.
-struct VtkMesh {
-    std::vector<double> positions;      ///< x, y, z of each vertex
-    std::vector<float> normals;         ///< the same
-    std::vector<std::uint32_t> indices; ///< three a triangle
-};
 
 /// `isofrontFlyingEdgesTime`: what it takes, normals included.
 /// @param size       voxels along each axis
@@ -37,7 +31,7 @@ using FlyingEdgesMesh = void (*)(
     const std::array<double, 3>& origin,
     double spacing,
     double isovalue,
-    VtkMesh& mesh);
+    PeerMesh& mesh);
 
 /// `isofrontVtkVersion`.
 using VtkVersion = const char* (*)();

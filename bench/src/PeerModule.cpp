@@ -7,21 +7,49 @@
 
 namespace isofront::bench {
 
+namespace {
+
+/// Opens a module beside the program, for as long as that runs; null where there is none.
+void* opened(const char* name)
+{
+    std::error_code error;
+    const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+    const auto path = program.parent_path() / name;
+    return ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+}
+
+template <typename Function>
+Function functionOf(void* library, const char* name)
+{
+    return reinterpret_cast<Function>(::dlsym(library, name));
+}
+
+} // namespace
+
 const FlyingEdgesModule& flyingEdgesModule()
 {
     static const FlyingEdgesModule module = [] {
-        std::error_code error;
-        const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-        const auto path = program.parent_path() / "isofront_peer_vtk.so";
         FlyingEdgesModule found;
-        void* const library = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+        void* const library = opened("isofront_peer_vtk.so");
         if (library == nullptr)
             return found;
-        found.time =
-            reinterpret_cast<peers::FlyingEdgesTime>(::dlsym(library, "isofrontFlyingEdgesTime"));
-        found.mesh =
-            reinterpret_cast<peers::FlyingEdgesMesh>(::dlsym(library, "isofrontFlyingEdgesMesh"));
-        found.version = reinterpret_cast<peers::VtkVersion>(::dlsym(library, "isofrontVtkVersion"));
+        found.time = functionOf<peers::FlyingEdgesTime>(library, "isofrontFlyingEdgesTime");
+        found.mesh = functionOf<peers::FlyingEdgesMesh>(library, "isofrontFlyingEdgesMesh");
+        found.version = functionOf<peers::VtkVersion>(library, "isofrontVtkVersion");
+        return found;
+    }();
+    return module;
+}
+
+const VolumeToMeshModule& volumeToMeshModule()
+{
+    static const VolumeToMeshModule module = [] {
+        VolumeToMeshModule found;
+        void* const library = opened("isofront_peer_openvdb.so");
+        if (library == nullptr)
+            return found;
+        found.mesh = functionOf<peers::VolumeToMesh>(library, "isofrontVolumeToMesh");
+        found.version = functionOf<peers::OpenVdbVersion>(library, "isofrontOpenVdbVersion");
         return found;
     }();
     return module;

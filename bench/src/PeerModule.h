@@ -1,17 +1,26 @@
 #pragma once
 
 #include "../peers/FlyingEdges.h"
+#include "../peers/VolumeToMesh.h"
 
 namespace isofront::bench {
 
-/// The functions of a peer's module; null where it was not built.
+// The functions of peers' modules; null where they were not built.
+
 struct FlyingEdgesModule {
     peers::FlyingEdgesTime time = nullptr;
     peers::FlyingEdgesMesh mesh = nullptr;
     peers::VtkVersion version = nullptr;
 };
 
+struct VolumeToMeshModule {
+    peers::VolumeToMesh mesh = nullptr;
+    peers::OpenVdbVersion version = nullptr;
+};
+
 /// Loads VTK's flying edges from beside the program, on the first call.
 const FlyingEdgesModule& flyingEdgesModule();
+/// The same for OpenVDB's mesher.
+const VolumeToMeshModule& volumeToMeshModule();
 
 } // namespace isofront::bench

@@ -8,16 +8,8 @@ namespace isofront::bench {
 
 namespace {
 
-surface::TriangleMesh byFlyingEdges(const GridSamples& grid, double isovalue)
+surface::TriangleMesh meshOf(peers::PeerMesh&& made)
 {
-    peers::VtkMesh made;
-    flyingEdgesModule().mesh(
-        grid.values,
-        grid.count,
-        {grid.origin.x, grid.origin.y, grid.origin.z},
-        grid.spacing,
-        isovalue,
-        made);
     surface::TriangleMesh mesh;
     for (std::size_t i = 0; i + 2 < made.positions.size(); i += 3) {
         mesh.positions.emplace_back(
@@ -30,6 +22,33 @@ surface::TriangleMesh byFlyingEdges(const GridSamples& grid, double isovalue)
     return mesh;
 }
 
+surface::TriangleMesh byFlyingEdges(const GridSamples& grid, double isovalue)
+{
+    peers::PeerMesh made;
+    flyingEdgesModule().mesh(
+        grid.values,
+        grid.count,
+        {grid.origin.x, grid.origin.y, grid.origin.z},
+        grid.spacing,
+        isovalue,
+        made);
+    return meshOf(std::move(made));
+}
+
+surface::TriangleMesh byVolumeToMesh(const GridSamples& grid, double isovalue, double adaptivity)
+{
+    peers::PeerMesh made;
+    volumeToMeshModule().mesh(
+        grid.values,
+        grid.count,
+        {grid.origin.x, grid.origin.y, grid.origin.z},
+        grid.spacing,
+        isovalue,
+        adaptivity,
+        made);
+    return meshOf(std::move(made));
+}
+
 } // namespace
 
 const std::vector<GridPeer>& gridPeers()
@@ -39,6 +58,16 @@ const std::vector<GridPeer>& gridPeers()
         const FlyingEdgesModule& vtk = flyingEdgesModule();
         if (vtk.mesh != nullptr && vtk.version != nullptr)
             found.push_back({"VTK " + std::string(vtk.version()) + " flying edges", byFlyingEdges});
+        const VolumeToMeshModule& vdb = volumeToMeshModule();
+        if (vdb.mesh != nullptr && vdb.version != nullptr) {
+            const std::string name = "OpenVDB " + std::string(vdb.version());
+            for (const double adaptivity : {0.0, 0.1})
+                found.push_back(
+                    {name + (adaptivity > 0 ? ", adaptive 0.1" : ""),
+                     [adaptivity](const GridSamples& grid, double isovalue) {
+                         return byVolumeToMesh(grid, isovalue, adaptivity);
+                     }});
+        }
         return found;
     }();
     return peers;

@@ -407,7 +407,10 @@ TEST_F(Command, printsOneJsonObjectAndNothingElse)
 TEST_F(Command, writesTheSameBytesOnAnyNumberOfThreads)
 {
     for (const std::string options :
-         {"", "--smooth 2 --reproject --simplify 0.1 --align --vertices balanced --normals four"}) {
+         {"",
+          "--quality plain",
+          "--quality best",
+          "--smooth 2 --reproject --simplify 0.1 --align --vertices balanced --normals four"}) {
         for (const int threads : {1, 2, 8})
             ASSERT_EQ(
                 run("extract proc:gyroid --level 7 " + options + " --threads " +
@@ -429,12 +432,47 @@ TEST_F(Command, makesFewerTrianglesAndStillAClosedMesh)
         EXPECT_TRUE(mesh.openEdges(true).empty());
         const Json json = Json::parse(outcome.output);
         EXPECT_EQ(json["settings"]["simplify"] > 0, json["seconds"]["simplify"] > 0);
-        EXPECT_EQ(json["settings"]["smooth"] > 0, json["seconds"]["smooth"] > 0);
+        const Json& settings = json["settings"];
+        EXPECT_EQ(
+            settings["smooth"] > 0 || settings["align"] == true, json["seconds"]["smooth"] > 0);
         return mesh.triangles.size();
     };
     const std::size_t all = triangles("");
     EXPECT_EQ(triangles("--smooth 2"), all);
+    EXPECT_EQ(triangles("--no-align"), all);
     EXPECT_LT(triangles("--simplify 0.1"), all / 2);
+}
+
+TEST_F(Command, takesAWordForTheQualityOfTrianglesAndOptionsBeforeIt)
+{
+    const auto settings = [&](const std::string& options) {
+        const Outcome outcome = run("extract proc:torus --level 6 --json -o a.ply " + options);
+        EXPECT_EQ(outcome.exitCode, 0) << outcome.errors;
+        return Json::parse(outcome.output)["settings"];
+    };
+    const auto bytes = [&](const std::string& options) {
+        EXPECT_EQ(run("extract proc:torus --level 6 -o a.stl " + options).exitCode, 0);
+        return contentsOf(folder / "a.stl");
+    };
+    EXPECT_EQ(settings("")["align"], true) << "an export is aligned by default";
+    EXPECT_EQ(settings("")["vertices"], "surface");
+    EXPECT_EQ(settings("--no-align")["align"], false);
+    EXPECT_EQ(settings("--quality plain --align")["align"], true);
+    const Json best = settings("--quality best --no-reproject --simplify 0");
+    EXPECT_EQ(best["quality"], "best");
+    EXPECT_EQ(best["smooth"], 1);
+    EXPECT_EQ(best["reproject"], false);
+    EXPECT_EQ(best["simplify"], 0);
+    EXPECT_EQ(best["vertices"], "balanced");
+    const std::string aligned = bytes("");
+    const std::string plain = bytes("--quality plain");
+    EXPECT_NE(aligned, plain);
+    EXPECT_EQ(bytes("--no-align"), plain);
+    EXPECT_EQ(bytes("--quality plain --align"), aligned);
+    EXPECT_EQ(
+        bytes("--quality best"),
+        bytes("--smooth 1 --reproject --simplify 0.01 --align --vertices balanced"));
+    expectFailure("extract proc:torus -o a.ply --quality good", 2, {"--quality", "best"});
 }
 
 TEST_F(Command, extractsAViewersDetailAndAnErrorBound)

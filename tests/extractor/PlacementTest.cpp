@@ -164,6 +164,15 @@ TEST(Placement, alignedCellsAreWithinSixteenTenthsOfMarchingCubesAndBalancedOnes
             EXPECT_LT(balanced, aligned);
             EXPECT_LT(balanced, shape.meetsWalls ? 1.35 : 0.75) << "a saddle gains less";
             EXPECT_LT(simplified, 1.0);
+            if (level != 9)
+                continue;
+            settings.smoothIterations = 1;
+            settings.reproject = true;
+            EXPECT_LT(cells(shape, level, settings) / yardstick, shape.meetsWalls ? 1.0 : 0.5);
+            // borders of cells are locked, so larger cells come closer to what can be had
+            settings.latticeSize = 8;
+            settings.simplifyError = 0;
+            EXPECT_LT(cells(shape, level - 3, settings) / yardstick, shape.meetsWalls ? 1.1 : 0.6);
         }
     }
 }

@@ -1,6 +1,7 @@
 // After Scholz, Bender, Dachsbacher, "Real-Time Isosurface Extraction with View-Dependent Level of
 // Detail and Applications", Fig. 17: error over triangles at uniform detail, for cells, marching
-// cubes and the tetrahedra of the hierarchy.
+// cubes and the tetrahedra of the hierarchy. And what better triangles make of it: how many
+// triangles each way takes for the same error as marching cubes on a plain grid.
 
 #include "Figures.h"
 #include "Subjects.h"
@@ -16,6 +17,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 
 namespace isofront::bench {
 
@@ -44,16 +46,32 @@ struct Method {
     std::function<Meshed(const Subject&, int stepsPerEdge)> mesh;
 };
 
-Method cellsMethod(int latticeSize)
+using Polish = std::function<void(extractor::ExtractionSettings&)>;
+
+Method cellsMethod(int latticeSize, const std::string& how = "", const Polish& polish = {})
 {
     return {
-        "cells n=" + std::to_string(latticeSize),
-        [latticeSize](const Subject& subject, int stepsPerEdge) {
+        "cells n=" + std::to_string(latticeSize) + (how.empty() ? "" : ", " + how),
+        [latticeSize, polish](const Subject& subject, int stepsPerEdge) {
             const int level = levelForShare(1.0 / stepsPerEdge, latticeSize);
-            CellsMesh cells =
-                cellsMesh(subject, settingsFor(subject, latticeSize, level), level, 5);
+            auto settings = settingsFor(subject, latticeSize, level);
+            if (polish)
+                polish(settings);
+            CellsMesh cells = cellsMesh(subject, settings, level, 5);
             return Meshed{std::move(cells.extracted.mesh), cells.step, cells.timing};
         }};
+}
+
+/// What `extract --quality best` does, with so much removed.
+Polish best(double simplifyError)
+{
+    return [simplifyError](extractor::ExtractionSettings& settings) {
+        settings.smoothIterations = 1;
+        settings.reproject = true;
+        settings.simplifyError = simplifyError;
+        settings.alignEdges = true;
+        settings.vertices = extractor::VertexPlacement::balanced;
+    };
 }
 
 Meshed byGrid(const Subject& subject, int stepsPerEdge)
@@ -95,17 +113,90 @@ Meshed byTetrahedra(const Subject& subject, int stepsPerEdge)
     return meshed;
 }
 
+bool isAdaptive(const GridPeer& peer)
+{
+    return peer.name.find("adaptive") != std::string::npos;
+}
+
+/// One resolution everywhere, triangles as they are contoured.
 std::vector<Method> methods()
 {
     std::vector<Method> all = {
+        {"marching cubes", byGrid},
         cellsMethod(4),
         cellsMethod(8),
         cellsMethod(16),
-        {"marching cubes", byGrid},
         {"tetrahedra", byTetrahedra}};
     for (const GridPeer& peer : gridPeers())
-        all.push_back(peerMethod(peer));
+        if (!isAdaptive(peer))
+            all.push_back(peerMethod(peer));
     return all;
+}
+
+const char* const kAligned = "aligned";
+const char* const kBest = "best";
+const char* const kNothingRemoved = "best, nothing removed";
+const char* const kForLand = "best, simplified to 0.2";
+
+/// Better triangles.
+std::vector<Method> betterMethods()
+{
+    std::vector<Method> all = {
+        cellsMethod(4, kAligned, [](auto& settings) { settings.alignEdges = true; }),
+        cellsMethod(4, kBest, best(0.01)),
+        cellsMethod(8, kNothingRemoved, best(0)),
+        cellsMethod(8, kBest, best(0.01)),
+        cellsMethod(8, kForLand, best(0.2))};
+    for (const GridPeer& peer : gridPeers())
+        if (isAdaptive(peer))
+            all.push_back(peerMethod(peer));
+    return all;
+}
+
+/// How many triangles marching cubes takes for each error, between what was measured and beyond.
+class GridCurve {
+public:
+    /// Finer and finer.
+    void add(double error, double triangles)
+    {
+        _points.emplace_back(std::log(error), std::log(triangles));
+    }
+    [[nodiscard]] double trianglesFor(double error) const
+    {
+        const double at = std::log(error);
+        std::size_t i = 0;
+        while (i + 2 < _points.size() && at < _points[i + 1].first)
+            ++i;
+        const auto& [nearError, near] = _points[i];
+        const auto& [farError, far] = _points[i + 1];
+        return std::exp(near + (at - nearError) / (farError - nearError) * (far - near));
+    }
+
+private:
+    std::vector<std::pair<double, double>> _points; ///< logarithms
+};
+
+/// What is promised of the ratio of triangles to those of marching cubes.
+void checkRatios(const Context& context, SuiteResult& result, const Table& table, int finest)
+{
+    const auto hold = [&](const std::string& field, const std::string& method, double most) {
+        for (std::size_t row = 0; row < table.rows.size(); ++row)
+            if (table.word(row, "field") == field && table.word(row, "method") == method &&
+                table.number(row, "resolution") == finest)
+                result.check(
+                    field + " by " + method + " takes at most " + textOf(most) +
+                        " of marching cubes' triangles for the same error",
+                    table.number(row, "ratio") <= most,
+                    textOf(table.number(row, "ratio")));
+    };
+    // the gyroid wants more than eight steps a period
+    for (const char* const field :
+         context.pick<std::vector<const char*>>({"sphere"}, {"sphere", "torus", "gyroid"})) {
+        hold(field, std::string("cells n=4, ") + kAligned, 1.6);
+        hold(field, std::string("cells n=4, ") + kBest, 1.0);
+        hold(field, std::string("cells n=8, ") + kNothingRemoved, 1.0);
+    }
+    hold("canyon", std::string("cells n=8, ") + kForLand, 0.45);
 }
 
 /// Slope of the line of least squares through the logarithms of one curve.
@@ -166,6 +257,16 @@ SuiteResult runAccuracy(const Context& context)
 {
     SuiteResult result;
     Table errors = errorTable();
+    Table better{
+        "better",
+        "Triangles that each way takes, over those of marching cubes for the same error",
+        {{"field", "", "what is meshed"},
+         {"method", "", "how: cells of lattice size n are ours"},
+         {"resolution", "", "steps along the domain's edge"},
+         {"ratio", "", "triangles over those of marching cubes with the same error"}},
+        {},
+        {}};
+    appendFigureColumns(better);
     std::vector<Subject> subjects = {sphereSubject(), gyroidSubject(), canyonSubject()};
     if (context.isFull())
         subjects.insert(subjects.begin() + 1, {steepSubject(), torusSubject()});
@@ -176,39 +277,85 @@ SuiteResult runAccuracy(const Context& context)
             subject,
             context.pick(1.0 / 64, 1.0 / 256),
             context.pick<std::size_t>(2000, 20000));
-        for (const Method& method : methods())
+        GridCurve grid;
+        const auto measured = [&](const Method& method, int resolution) {
+            context.say(subject.name + ", " + method.name + ", 1/" + std::to_string(resolution));
+            const Meshed meshed = method.mesh(subject, resolution);
+            std::vector<Cell> row;
+            const Topology topology = appendFigures(
+                row, meshed.mesh, meshed.step, subject.domain.edge, meshed.timing, measure);
+            if (subject.name == "sphere" || subject.name == "torus") {
+                const long wanted = subject.name == "sphere" ? 2 : 0;
+                result.check(
+                    subject.name + " by " + method.name + " has its topology",
+                    topology.euler == wanted && topology.openEdges == 0,
+                    "Euler number " + std::to_string(topology.euler));
+            }
+            return row;
+        };
+        const auto enter =
+            [&](const std::string& method, int resolution, const std::vector<Cell>& figures) {
+                std::vector<Cell> row{subject.name, method, count(resolution), 1.0};
+                row.insert(row.end(), figures.begin(), figures.end());
+                better.add(std::move(row));
+                const std::size_t at = better.rows.size() - 1;
+                const double triangles = better.number(at, "triangles");
+                const double error = better.number(at, "error");
+                if (method == "marching cubes")
+                    grid.add(error, triangles);
+                else
+                    better.rows[at][better.column("ratio")] = triangles / grid.trianglesFor(error);
+            };
+        const auto isInBoth = [](const std::string& name) {
+            return name == "marching cubes" || name == "cells n=4";
+        };
+        for (const Method& method : methods()) {
+            std::vector<int> all = resolutions;
+            if (method.name == "marching cubes") // the others' errors must lie between its own
+                all.push_back(2 * resolutions.back());
+            for (const int resolution : all) {
+                if (context.isStopped())
+                    return result;
+                const std::vector<Cell> figures = measured(method, resolution);
+                if (isInBoth(method.name))
+                    enter(method.name, resolution, figures);
+                std::vector<Cell> row{subject.name, method.name};
+                row.insert(row.end(), figures.begin(), figures.end());
+                if (resolution <= resolutions.back())
+                    errors.add(std::move(row));
+            }
+        }
+        for (const Method& method : betterMethods())
             for (const int resolution : resolutions) {
                 if (context.isStopped())
                     return result;
-                context.say(
-                    subject.name + ", " + method.name + ", 1/" + std::to_string(resolution));
-                const Meshed meshed = method.mesh(subject, resolution);
-                std::vector<Cell> row{subject.name, method.name};
-                const Topology topology = appendFigures(
-                    row, meshed.mesh, meshed.step, subject.domain.edge, meshed.timing, measure);
-                errors.add(std::move(row));
-                if (subject.name == "sphere" || subject.name == "torus") {
-                    const long wanted = subject.name == "sphere" ? 2 : 0;
-                    result.check(
-                        subject.name + " by " + method.name + " has its topology",
-                        topology.euler == wanted && topology.openEdges == 0,
-                        "Euler number " + std::to_string(topology.euler));
-                }
+                enter(method.name, resolution, measured(method, resolution));
             }
-        for (const char* const over : {"triangles", "cpu"})
+        const std::vector<double> guides =
+            subject.isSmooth ? std::vector<double>{-1} : std::vector<double>{};
+        for (const bool byTime : {false, true})
             errors.plots.push_back(
-                {subject.name + "-" + over,
-                 subject.name + ": error over " +
-                     (std::string(over) == "cpu" ? "time" : "triangles"),
-                 over,
+                {subject.name + (byTime ? "-cpu" : "-triangles"),
+                 subject.name + ": error over " + (byTime ? "time" : "triangles"),
+                 byTime ? "cpu" : "triangles",
                  "error",
                  "method",
                  "field",
                  subject.name,
                  true,
                  true,
-                 subject.isSmooth && std::string(over) == "triangles" ? std::vector<double>{-1}
-                                                                      : std::vector<double>{}});
+                 byTime ? std::vector<double>{} : guides});
+        better.plots.push_back(
+            {subject.name + "-better",
+             subject.name + ": error over triangles, with better triangles",
+             "triangles",
+             "error",
+             "method",
+             "field",
+             subject.name,
+             true,
+             true,
+             guides});
     }
     Table slopes{
         "slopes",
@@ -226,7 +373,8 @@ SuiteResult runAccuracy(const Context& context)
                     std::abs(slope + 1) < 0.1,
                     "slope " + textOf(slope));
         }
-    result.tables = {std::move(errors), std::move(slopes), flatTable(context)};
+    checkRatios(context, result, better, resolutions.back());
+    result.tables = {std::move(errors), std::move(better), std::move(slopes), flatTable(context)};
     return result;
 }
 

@@ -194,7 +194,7 @@ bool CellExtractor::extractInto(
         return false;
 
     const hierarchy::GridPoint corner = hierarchy::gridFromLattice(geometry.low);
-    polish(cell, geometry, {corner, geometry.cellExponent}, scratch, trace);
+    const bool hasNormals = polish(cell, geometry, {corner, geometry.cellExponent}, scratch, trace);
     if (isCancelled())
         return false;
 
@@ -215,8 +215,10 @@ bool CellExtractor::extractInto(
             trace->borders.push_back({static_cast<std::uint16_t>(i), rough.feature, rough.key});
     }
     PointColumns& points = scratch.points;
-    setNormals(
-        *_field, _domain, _dataBox, _settings, scratch.mesh, points, scratch.normals, result);
+    if (!hasNormals)
+        vertexNormals(*_field, _domain, _dataBox, _settings, scratch.mesh, points, scratch.normals);
+    for (std::size_t i = 0; i < result.vertices.size(); ++i)
+        result.vertices[i].normal = octahedral(scratch.normals[i]);
     if (_settings.attributes && _field->hasAttributes())
         setAttributes(*_field, _domain, _settings, scratch.mesh, points, result);
     if (_settings.estimateError && !scratch.mesh.indices.empty())
@@ -226,7 +228,7 @@ bool CellExtractor::extractInto(
     return true;
 }
 
-void CellExtractor::polish(
+bool CellExtractor::polish(
     const hierarchy::Tetrahedron& cell,
     const CellGeometry& geometry,
     const CellFrame& frame,
@@ -284,22 +286,11 @@ void CellExtractor::polish(
     }
     if (_settings.alignEdges || balanced) {
         const auto start = Clock::now();
-        const auto takeNormals = [&] {
-            vertexNormals(
-                *_field,
-                _domain,
-                _dataBox,
-                _settings,
-                scratch.mesh,
-                scratch.points,
-                scratch.normals);
-        };
-        if (_settings.alignEdges) {
-            takeNormals();
+        vertexNormals(
+            *_field, _domain, _dataBox, _settings, scratch.mesh, scratch.points, scratch.normals);
+        if (_settings.alignEdges)
             alignEdges(scratch.mesh, frame, scratch.normals, localStep, scratch.alignment);
-        }
         if (balanced) {
-            takeNormals(); // aligning has put the vertices in another order
             scratch.moves.begin(scratch.mesh, frame);
             balanceInside(scratch.mesh, scratch.normals, localStep, scratch.moves, scratch.balance);
             scratch.moves.commit(scratch.mesh, frame);
@@ -307,6 +298,7 @@ void CellExtractor::polish(
         if (trace != nullptr)
             trace->smoothSeconds += secondsSince(start);
     }
+    return _settings.alignEdges && !balanced; // they are those of the vertices as they are now
 }
 
 BoxBounds CellExtractor::boundsOf(const core::Box& box) const

@@ -12,14 +12,17 @@ namespace isofront::extractor {
 
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffU;
-/// Rounds over all edges; later ones look only at what has changed, and find little.
-constexpr int kRounds = 6;
+constexpr std::uint32_t kNone = AlignmentScratch::kNone;
+/// Sides are looked at so often on average at most; two is usual.
+constexpr std::size_t kMostLooks = 8;
 /// A flip must lower the error by so much, so that no two edges change places for ever.
 constexpr double kGain = 0.999;
 /// Curvature of the surface that stands for a flat one, times the axis step: far below what normals
 /// of 16 bits can tell.
 constexpr double kFlat = 2e-3;
+/// How much of it the normals' turning adds, since what they tell of the surface between them is
+/// then worth less.
+constexpr double kDoubt = 0.5;
 
 class Aligner {
 public:
@@ -28,37 +31,55 @@ public:
         const std::vector<glm::dvec3>& normals,
         double axisStep,
         AlignmentScratch& scratch)
-        : _mesh(mesh), _normals(normals), _s(scratch), _flat(kFlat / axisStep)
+        : _mesh(mesh), _normals(normals), _s(scratch), _perStep(1 / axisStep)
     {
     }
 
     void run(const CellFrame& frame)
     {
         setUp(frame);
-        for (int round = 0; round < kRounds; ++round) {
-            std::size_t flips = 0;
-            _s.changedBefore = _s.changed;
-            std::ranges::fill(_s.changed, std::uint8_t{0});
-            for (std::uint32_t corner = 0; corner < _mesh.indices.size(); ++corner)
-                flips += flipAt(corner) ? 1U : 0U;
-            if (flips == 0)
-                break;
+        const std::size_t most = kMostLooks * _mesh.indices.size();
+        for (std::size_t i = 0; i < _s.queue.size() && i < most; ++i) {
+            const std::uint32_t corner = _s.queue[i];
+            _s.waiting[corner] = 0;
+            flipAt(corner);
         }
-        _mesh.compact();
     }
 
 private:
+    using Side = AlignmentScratch::Side;
+
     void setUp(const CellFrame& frame)
     {
         const std::size_t count = _mesh.vertices.size();
+        const auto corners = static_cast<std::uint32_t>(_mesh.indices.size());
         _s.position.resize(count);
         for (std::size_t i = 0; i < count; ++i)
             _s.position[i] = frame.local(_mesh.vertices[i].position) - CellFrame::kMiddle;
         _s.firstCorner.assign(count, kNone);
-        _s.nextCorner.resize(_mesh.indices.size());
-        for (std::uint32_t corner = 0; corner < _mesh.indices.size(); ++corner)
+        _s.nextCorner.resize(corners);
+        _s.across.assign(corners, kNone);
+        _s.side.resize(corners);
+        _s.waiting.assign(corners, 0);
+        _s.queue.clear();
+        for (std::uint32_t corner = 0; corner < corners; ++corner) {
+            // the side has been met in the other direction, or it will be
+            const std::uint16_t from = _mesh.indices[corner];
+            const std::uint16_t to = _mesh.indices[next(corner)];
+            const std::uint32_t other = cornerOf(to, from);
             link(corner);
-        _s.changed.assign(_mesh.indices.size() / 3, 1);
+            if (other == kNone) {
+                _s.side[corner] = sideOf(from, to);
+                continue;
+            }
+            _s.side[corner] = _s.side[other];
+            _s.across[corner] = other;
+            _s.across[other] = corner;
+            push(corner);
+        }
+        _s.error.resize(corners / 3);
+        for (std::uint32_t triangle = 0; triangle < corners / 3; ++triangle)
+            _s.error[triangle] = errorOf(triangle);
     }
 
     void link(std::uint32_t corner)
@@ -78,6 +99,20 @@ private:
     {
         return corner % 3 == 2 ? corner - 2 : corner + 1;
     }
+    void push(std::uint32_t corner)
+    {
+        if (_s.across[corner] == kNone || _s.waiting[corner] != 0 ||
+            _s.waiting[_s.across[corner]] != 0)
+            return;
+        _s.waiting[corner] = 1;
+        _s.queue.push_back(corner);
+    }
+    void join(std::uint32_t corner, std::uint32_t other)
+    {
+        _s.across[corner] = other;
+        if (other != kNone)
+            _s.across[other] = corner;
+    }
 
     /// The corner of `from` in the triangle in which `to` comes after it.
     [[nodiscard]] std::uint32_t cornerOf(std::uint16_t from, std::uint16_t to) const
@@ -89,88 +124,99 @@ private:
     }
 
     /// Flips the edge from a corner's vertex to the next if that is allowed and pays.
-    bool flipAt(std::uint32_t corner)
+    void flipAt(std::uint32_t corner)
     {
-        const std::uint32_t second = next(corner);
-        const std::uint16_t a = _mesh.indices[corner];
-        const std::uint16_t b = _mesh.indices[second];
-        if (a > b)
-            return false; // the other triangle's turn
-        const std::uint32_t across = cornerOf(b, a);
+        const std::uint32_t across = _s.across[corner];
         if (across == kNone)
-            return false; // on the border of the cell
+            return; // on the border of the cell
+        const std::uint32_t second = next(corner);
+        const std::uint32_t third = next(second);
+        const std::uint32_t other = next(across);
+        const std::uint32_t last = next(other);
         const std::uint32_t one = corner / 3;
         const std::uint32_t two = across / 3;
-        if (_s.changedBefore[one] == 0 && _s.changedBefore[two] == 0 && _s.changed[one] == 0 &&
-            _s.changed[two] == 0)
-            return false; // nothing has changed since it was looked at
-        const std::uint16_t c = _mesh.indices[next(second)];
-        const std::uint16_t d = _mesh.indices[next(next(across))];
+        const std::uint16_t a = _mesh.indices[corner];
+        const std::uint16_t b = _mesh.indices[second];
+        const std::uint16_t c = _mesh.indices[third];
+        const std::uint16_t d = _mesh.indices[last];
         const auto& vertices = _mesh.vertices;
         if ((vertices[c].feature & vertices[d].feature) != 0 || vertices[a].cap ||
             vertices[b].cap || vertices[c].cap || vertices[d].cap)
-            return false;
-        if (!(error(a, d, c) + error(d, b, c) < kGain * (error(a, b, c) + error(b, a, d))))
-            return false;
-        const TriangleShape abc = shape(a, b, c);
-        const TriangleShape bad = shape(b, a, d);
+            return;
         const TriangleShape adc = shape(a, d, c);
         const TriangleShape dbc = shape(d, b, c);
+        const Side diagonal = sideOf(d, c);
+        const double errorOne = error(adc, _s.side[other], diagonal, _s.side[third]);
+        const double errorTwo = error(dbc, _s.side[last], _s.side[second], diagonal);
+        if (!(errorOne + errorTwo < kGain * (_s.error[one] + _s.error[two])))
+            return;
+        const TriangleShape abc = shape(a, b, c);
+        const TriangleShape bad = shape(b, a, d);
         if (!adc.facesLike(abc) || !adc.facesLike(bad) || !dbc.facesLike(abc) ||
             !dbc.facesLike(bad))
-            return false;
+            return;
         const double worst = std::min(adc.squaredQuality(), dbc.squaredQuality());
         if ((!adc.isAtLeast(kLeastShape) || !dbc.isAtLeast(kLeastShape)) &&
             worst < std::min(abc.squaredQuality(), bad.squaredQuality()))
-            return false;
+            return;
         if (cornerOf(c, d) != kNone || cornerOf(d, c) != kNone)
-            return false;
+            return;
 
+        // a, b, c and b, a, d become a, d, c and b, c, d
         unlink(second);
         _mesh.indices[second] = d;
         link(second);
-        const std::uint32_t other = next(across); // that of a in the second triangle
         unlink(other);
         _mesh.indices[other] = c;
         link(other);
-        _s.changed[one] = 1;
-        _s.changed[two] = 1;
-        return true;
+        const std::uint32_t beyondOne = _s.across[second];
+        join(corner, _s.across[other]);
+        join(across, beyondOne);
+        join(second, other);
+        _s.side[corner] = _s.side[other];
+        _s.side[across] = _s.side[second];
+        _s.side[second] = diagonal;
+        _s.side[other] = diagonal;
+        _s.error[one] = errorOne;
+        _s.error[two] = errorTwo;
+        for (const std::uint32_t changed : {corner, third, across, last})
+            push(changed);
     }
 
     [[nodiscard]] TriangleShape shape(std::uint16_t a, std::uint16_t b, std::uint16_t c) const
     {
         return {_s.position[a], _s.position[b], _s.position[c]};
     }
-
-    /// The integral over a triangle of the squared distance of the quadratic surface through its
-    /// corners, times 720.
-    [[nodiscard]] double error(std::uint16_t a, std::uint16_t b, std::uint16_t c) const
+    [[nodiscard]] Side sideOf(std::uint16_t from, std::uint16_t to) const
     {
-        const std::array<std::uint16_t, 3> v{a, b, c};
-        double squares = 0;
-        double sum = 0;
-        double flatSquares = 0;
-        double flatSum = 0;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint16_t from = v[k];
-            const std::uint16_t to = v[(k + 1) % 3];
-            const glm::dvec3 side = _s.position[to] - _s.position[from];
-            const double bend = glm::dot(_normals[to] - _normals[from], side);
-            const double flat = _flat * glm::dot(side, side);
-            squares += bend * bend;
-            sum += bend;
-            flatSquares += flat * flat;
-            flatSum += flat;
-        }
-        const double area = 0.5 * std::sqrt(shape(a, b, c).squaredNormal);
-        return area * (squares + sum * sum + flatSquares + flatSum * flatSum);
+        const glm::dvec3 along = _s.position[to] - _s.position[from];
+        const glm::dvec3 turn = _normals[to] - _normals[from];
+        return {glm::dot(turn, along), glm::dot(along, along), glm::dot(turn, turn)};
+    }
+    [[nodiscard]] double errorOf(std::uint32_t triangle) const
+    {
+        const std::uint32_t corner = 3 * triangle;
+        return error(
+            shape(_mesh.indices[corner], _mesh.indices[corner + 1], _mesh.indices[corner + 2]),
+            _s.side[corner],
+            _s.side[corner + 1],
+            _s.side[corner + 2]);
+    }
+
+    /// The area of a triangle times the sum of its sides' squared errors.
+    [[nodiscard]] double
+    error(const TriangleShape& shape, const Side& p, const Side& q, const Side& r) const
+    {
+        const double bent = p.bend * p.bend + q.bend * q.bend + r.bend * r.bend;
+        const double round = p.squared * p.squared + q.squared * q.squared + r.squared * r.squared;
+        const double flat = _perStep * (kFlat + kDoubt * (p.turn + q.turn + r.turn));
+        return std::sqrt(shape.squaredNormal) * (bent + flat * flat * round);
     }
 
     RoughMesh& _mesh;
     const std::vector<glm::dvec3>& _normals;
     AlignmentScratch& _s;
-    double _flat; ///< [1 / cell unit]
+    double _perStep; ///< one over the axis step [1 / cell unit]
 };
 
 } // namespace

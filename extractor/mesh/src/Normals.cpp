@@ -157,21 +157,6 @@ void vertexNormals(
     }
 }
 
-void setNormals(
-    const fields::Field& field,
-    const hierarchy::Domain& domain,
-    const std::optional<core::Box>& dataBox,
-    const ExtractionSettings& settings,
-    const RoughMesh& rough,
-    PointColumns& points,
-    std::vector<glm::dvec3>& normals,
-    CellMesh& mesh)
-{
-    vertexNormals(field, domain, dataBox, settings, rough, points, normals);
-    for (std::size_t i = 0; i < normals.size(); ++i)
-        mesh.vertices[i].normal = octahedral(normals[i]);
-}
-
 void setAttributes(
     const fields::Field& field,
     const hierarchy::Domain& domain,

@@ -25,19 +25,6 @@ void vertexNormals(
     PointColumns& points,
     std::vector<glm::dvec3>& normals);
 
-/// The same into a cell's mesh, as they are stored.
-/// @param mesh     vertices of `rough`, already placed; receives the normals
-/// @param normals  scratch
-void setNormals(
-    const fields::Field& field,
-    const hierarchy::Domain& domain,
-    const std::optional<core::Box>& dataBox,
-    const ExtractionSettings& settings,
-    const RoughMesh& rough,
-    PointColumns& points,
-    std::vector<glm::dvec3>& normals,
-    CellMesh& mesh);
-
 /// The unit vector against a gradient; zero where the gradient vanishes or isn't finite.
 glm::dvec3 outward(const glm::dvec3& gradient);
 

@@ -16,7 +16,8 @@ struct GridPeer {
     std::function<surface::TriangleMesh(const GridSamples&, double isovalue)> mesh;
 };
 
-/// Those that this build found: VTK's flying edges. None is needed, and none is installed for us.
+/// Those that this build found: VTK's flying edges, and OpenVDB's mesher, uniform and adaptive.
+/// None is needed, and VTK isn't installed for us.
 const std::vector<GridPeer>& gridPeers();
 
 } // namespace isofront::bench
