@@ -47,7 +47,16 @@ CONFINED = [
     ),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),
     (r"vulkan/", ["engine/gpu", "engine/render"]),
-    (r"hwy/", ["extractor/fields/src", "extractor/volume/src", "extractor/mesh/src", "bench/src"]),
+    (
+        r"hwy/",
+        [
+            "extractor/fields/src",
+            "extractor/volume/src",
+            "extractor/mesh/src",
+            "engine/surface/src",
+            "bench/src",
+        ],
+    ),
     (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)

@@ -18,7 +18,7 @@ surface::TriangleMesh meshOf(peers::PeerMesh&& made)
     }
     for (std::size_t i = 0; i + 2 < made.normals.size(); i += 3)
         mesh.normals.emplace_back(made.normals[i], made.normals[i + 1], made.normals[i + 2]);
-    mesh.indices = std::move(made.indices);
+    mesh.indices.assign(made.indices.begin(), made.indices.end());
     return mesh;
 }
 

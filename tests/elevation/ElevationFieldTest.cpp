@@ -398,7 +398,7 @@ TEST(ElevationField, enclosesTheVolumeUnderItsGround)
                 volume += glm::dot(corner(0), glm::cross(corner(1), corner(2))) / 6;
             }
             EXPECT_NEAR(volume / expected, 1, filter > 0 ? 0.02 : 0.01);
-            positions[skipEmpty ? 0 : 1] = mesh.positions;
+            positions[skipEmpty ? 0 : 1].assign(mesh.positions.begin(), mesh.positions.end());
         }
         EXPECT_EQ(positions[0], positions[1]) << "bounds have left something out";
     }

@@ -182,7 +182,7 @@ TEST_F(MeshFileTest, makesNormalsUnitAndCountsThoseWithoutDirection)
         EXPECT_TRUE(report->warnings[0].starts_with("2 normals")) << report->warnings[0];
         EXPECT_EQ(
             readMesh(path("mesh").concat(extension)).normals,
-            (std::vector<glm::vec3>{{0, 0.6F, 0.8F}, {0, 0, 1}, {0, 0, 1}}));
+            (core::LargeVector<glm::vec3>{{0, 0.6F, 0.8F}, {0, 0, 1}, {0, 0, 1}}));
     }
 }
 

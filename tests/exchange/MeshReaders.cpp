@@ -42,12 +42,12 @@ double takeNumber(const std::string& type, const std::string& bytes, std::size_t
 
 /// The elements of an accessor as tinygltf lays them out, its own stride included.
 template <typename T>
-std::vector<T> elements(const tinygltf::Model& model, int accessorIndex)
+core::LargeVector<T> elements(const tinygltf::Model& model, int accessorIndex)
 {
     const tinygltf::Accessor& accessor = model.accessors.at(std::size_t(accessorIndex));
     const tinygltf::BufferView& view = model.bufferViews.at(std::size_t(accessor.bufferView));
     const auto stride = std::size_t(accessor.ByteStride(view));
-    std::vector<T> result(accessor.count);
+    core::LargeVector<T> result(accessor.count);
     for (std::size_t i = 0; i < accessor.count; ++i)
         std::memcpy(
             &result[i],

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <isofront/core/LargeVector.h>
+
 #include <glm/vec3.hpp>
 
 #include <array>
@@ -13,10 +15,10 @@ namespace isofront::exchange::test {
 /// A mesh as a file holds it. Readers that share nothing with the writers fill it; what they don't
 /// expect is a test failure.
 struct ReadMesh {
-    std::vector<glm::dvec3> positions;
-    std::vector<glm::vec3> normals;
-    std::vector<std::uint32_t> attributes;
-    std::vector<std::uint32_t> indices;
+    core::LargeVector<glm::dvec3> positions;
+    core::LargeVector<glm::vec3> normals;
+    core::LargeVector<std::uint32_t> attributes;
+    core::LargeVector<std::uint32_t> indices;
     std::vector<std::string> comments;
 };
 

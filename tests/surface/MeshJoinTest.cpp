@@ -60,7 +60,7 @@ void expectSame(const TriangleMesh& joined, const tests::GlobalMesh& twin)
     for (std::size_t i = 0; i < twin.triangles.size(); ++i)
         for (std::size_t k = 0; k < 3; ++k)
             ASSERT_EQ(joined.indices[3 * i + k], twin.triangles[i][k]);
-    ASSERT_TRUE(joined.positions == twin.positions);
+    ASSERT_TRUE(std::ranges::equal(joined.positions, twin.positions));
     core::Box bounds;
     for (const glm::dvec3& position : twin.positions)
         bounds.include(position);

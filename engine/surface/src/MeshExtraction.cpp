@@ -1,5 +1,6 @@
 #include "isofront/surface/MeshExtraction.h"
 
+#include "AssemblyLine.h"
 #include "MeshJoiner.h"
 #include "isofront/surface/SurfaceCriterion.h"
 
@@ -7,7 +8,6 @@
 #include <isofront/hierarchy/Refinement.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -32,12 +32,6 @@ double secondsSince(Clock::time_point start)
 {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
-
-/// What a job that writes cells into the mesh tells.
-struct Written {
-    core::Box bounds;
-    double seconds = 0;
-};
 
 /// The front of one extraction, and the meshes of its cells.
 class Extraction {
@@ -307,8 +301,7 @@ private:
         return ids;
     }
 
-    /// Extracts all cells of the front and joins them, block after block: while one is extracted,
-    /// the one before it is numbered and the one before that is written, all by the same threads.
+    /// Extracts all cells of the front and joins them.
     MaybeError joinCells()
     {
         auto start = Clock::now();
@@ -322,53 +315,20 @@ private:
             _extractor->settings().attributes && _extractor->field().hasAttributes();
         MeshJoiner joiner(_extractor->domain(), n, _result.finestLevel, hasAttributes);
         joiner.reserve(_result.mesh, ids.size());
-        std::array<std::vector<JoinedCell>, 3> blocks;
-        const std::size_t blockCount = (ids.size() + kBlock - 1) / kBlock;
-        for (std::size_t step = 0; step < blockCount + 2; ++step) {
-            progress("extracting cells", double(step) / double(blockCount + 2));
-            if (auto error = interrupted())
-                return error;
-            std::vector<JoinedCell>& extracted = blocks[step % 3];
-            std::vector<JoinedCell>& numbered = blocks[(step + 2) % 3];
-            std::vector<JoinedCell>& written = blocks[(step + 1) % 3];
-            const std::size_t begin = std::min(step * kBlock, ids.size());
-            extracted.resize(std::min(kBlock, ids.size() - begin));
-            const std::size_t extractJobs = (extracted.size() + kChunk - 1) / kChunk;
-            const std::size_t writeJobs = (written.size() + kChunk - 1) / kChunk;
-            joiner.setSizes(_result.mesh);
-            bool isNumbered = true;
-            std::vector<Written> parts(writeJobs);
-            _jobs.parallelFor(1 + extractJobs + writeJobs, [&](std::size_t job) {
-                if (job == 0) {
-                    isNumbered = number(numbered, joiner);
-                } else if (job <= extractJobs) {
-                    const std::size_t first = (job - 1) * kChunk;
-                    for (std::size_t i = first; i < std::min(extracted.size(), first + kChunk); ++i)
-                        take(ids[begin + i], extracted[i]);
-                } else {
-                    const std::size_t k = job - 1 - extractJobs;
-                    const auto writeStart = Clock::now();
-                    const std::size_t first = k * kChunk;
-                    for (std::size_t i = first; i < std::min(written.size(), first + kChunk); ++i)
-                        joiner.write(written[i], _result.mesh, parts[k].bounds);
-                    parts[k].seconds = secondsSince(writeStart);
-                }
-            });
-            for (const Written& part : parts) {
-                _result.joinSeconds += part.seconds;
-                if (part.bounds.isEmpty())
-                    continue;
-                _result.mesh.bounds.include(part.bounds.low);
-                _result.mesh.bounds.include(part.bounds.high);
-            }
-            if (!isNumbered)
-                return core::Error{
-                    ErrorCode::resourceLimit,
-                    "the mesh has more than 4294967294 vertices: choose a larger spacing or error"};
-            const std::size_t bytes = bytesOf(_result.mesh) + joiner.bytes() + _keptBytes;
-            if (auto error = overLimit(bytes, "the mesh"))
-                return error;
-        }
+        AssemblySteps steps;
+        steps.extract = [&](std::size_t i, JoinedCell& cell) { take(ids[i], cell); };
+        steps.count = [&](JoinedCell& cell) { count(cell); };
+        steps.check = [&](std::size_t, std::size_t bytes) {
+            const MaybeError error = overLimit(bytes + _keptBytes, "the mesh");
+            return error ? error : interrupted();
+        };
+        steps.progress = [&](std::size_t done) {
+            progress("extracting cells", double(done) / double(ids.size()));
+        };
+        const Assembled assembled = assemble(ids.size(), n, _jobs, steps, joiner, _result.mesh);
+        _result.joinSeconds += assembled.seconds;
+        if (assembled.error)
+            return assembled.error;
         if (!_result.mesh.indices.empty())
             _result.errorRms =
                 std::sqrt(_squaredError / (static_cast<double>(_result.mesh.indices.size()) / 3));
@@ -386,36 +346,21 @@ private:
             extract(cell);
     }
 
-    /// What has to be done in order: vertices get their numbers, and sums are made.
-    bool number(std::vector<JoinedCell>& cells, MeshJoiner& joiner)
+    /// Sums what a cell tells.
+    void count(JoinedCell& cell)
     {
-        const auto start = Clock::now();
         const double stretch = _extractor->domain().worldFromField.stretch();
-        for (JoinedCell& cell : cells) {
-            const extractor::CellStats& stats = cell.mesh.stats;
-            _result.cellsSkipped += stats.provedEmpty ? 1U : 0U;
-            _result.samples += stats.samples;
-            _result.sanitisedSamples += stats.sanitisedSamples;
-            takeTimes(cell.trace);
-            const double rms = double(stats.errorRms) * stretch;
-            _squaredError += rms * rms * static_cast<double>(cell.mesh.triangleCount());
-            _result.errorMax = std::max(_result.errorMax, double(stats.errorMax) * stretch);
-            if (!joiner.number(cell))
-                return false;
-        }
-        _result.joinSeconds += secondsSince(start);
-        return true;
+        const extractor::CellStats& stats = cell.mesh.stats;
+        _result.cellsSkipped += stats.provedEmpty ? 1U : 0U;
+        _result.samples += stats.samples;
+        _result.sanitisedSamples += stats.sanitisedSamples;
+        takeTimes(cell.trace);
+        const double rms = double(stats.errorRms) * stretch;
+        _squaredError += rms * rms * static_cast<double>(cell.mesh.triangleCount());
+        _result.errorMax = std::max(_result.errorMax, double(stats.errorMax) * stretch);
     }
 
-    static std::size_t bytesOf(const TriangleMesh& mesh)
-    {
-        return mesh.positions.size() * sizeof(glm::dvec3) +
-               mesh.normals.size() * sizeof(glm::vec3) +
-               mesh.attributes.size() * sizeof(std::uint32_t) +
-               mesh.indices.size() * sizeof(std::uint32_t);
-    }
-
-    /// Cells that are extracted, numbered and written together, and in one job.
+    /// Cells that are extracted between two looks at the limits, and in one job.
     static constexpr std::size_t kBlock = 2048;
     static constexpr std::size_t kChunk = 16;
 

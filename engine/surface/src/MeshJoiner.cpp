@@ -1,8 +1,10 @@
 #include "MeshJoiner.h"
 
-#include <glm/geometric.hpp>
+#include "VertexKernel.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 namespace isofront::surface {
@@ -44,10 +46,23 @@ std::uint32_t BorderNumbers::numberOf(const extractor::BorderVertex& border, std
     };
     if (!_isShort)
         return look(_long, border.key);
-    std::uint64_t key = 0;
-    for (const std::int64_t coordinate : border.key)
-        key = (key << _bits) | (static_cast<std::uint64_t>(coordinate) >> _shift);
-    return look(_short, key);
+    return look(_short, shortKey(border.key));
+}
+
+void BorderNumbers::prepareFor(const extractor::BorderVertex& border) const
+{
+    if (_isShort)
+        _short.prefetch(shortKey(border.key));
+    else
+        _long.prefetch(border.key);
+}
+
+std::uint64_t BorderNumbers::shortKey(const std::array<std::int64_t, 3>& key) const
+{
+    std::uint64_t packed = 0;
+    for (const std::int64_t coordinate : key)
+        packed = (packed << _bits) | (static_cast<std::uint64_t>(coordinate) >> _shift);
+    return packed;
 }
 
 MeshJoiner::MeshJoiner(
@@ -66,6 +81,8 @@ bool MeshJoiner::number(JoinedCell& cell)
         return false;
     cell.firstNew = _vertices;
     cell.borderNumber.clear();
+    for (const extractor::BorderVertex& border : cell.trace.borders)
+        _borders.prepareFor(border);
     for (const extractor::BorderVertex& border : cell.trace.borders) {
         const std::uint32_t number = _borders.numberOf(border, _vertices);
         _vertices += number == _vertices ? 1U : 0U;
@@ -82,9 +99,19 @@ void MeshJoiner::reserve(TriangleMesh& mesh, std::size_t cells) const
 {
     // A plane through a cell makes at most 11 n^2 triangles, and half as many vertices.
     const auto n = static_cast<std::size_t>(_latticeSize);
-    mesh.positions.reserve(cells * 11 * n * n / 2);
-    mesh.normals.reserve(cells * 11 * n * n / 2);
-    mesh.indices.reserve(3 * cells * 11 * n * n);
+    const std::size_t triangles = cells * 11 * n * n;
+    mesh.positions.reserve(triangles / 2);
+    mesh.normals.reserve(triangles / 2);
+    if (_hasAttributes)
+        mesh.attributes.reserve(triangles / 2);
+    mesh.indices.reserve(3 * triangles);
+}
+
+bool MeshJoiner::fits(const TriangleMesh& mesh) const
+{
+    return _vertices <= mesh.positions.capacity() && _vertices <= mesh.normals.capacity() &&
+           (!_hasAttributes || _vertices <= mesh.attributes.capacity()) &&
+           _indices <= mesh.indices.capacity();
 }
 
 void MeshJoiner::setSizes(TriangleMesh& mesh) const
@@ -104,22 +131,40 @@ void MeshJoiner::write(const JoinedCell& cell, TriangleMesh& mesh, core::Box& bo
     for (std::size_t i = 0; i < cell.borderNumber.size(); ++i)
         global[cell.trace.borders[i].vertex] = cell.borderNumber[i];
 
-    const double unit = _domain.gridUnit();
+    // The vertices that are new stand in two rows, one after the other: borders, in the order of
+    // the cell's list of them, and all others.
+    thread_local std::vector<std::uint16_t> made;
+    made.clear();
+    for (std::size_t i = 0; i < cell.borderNumber.size(); ++i)
+        if (cell.borderNumber[i] >= cell.firstNew)
+            made.push_back(cell.trace.borders[i].vertex);
     std::uint32_t interior = cell.firstInterior;
-    for (std::size_t i = 0; i < global.size(); ++i) {
-        if (global[i] == kNoNumber)
+    for (std::size_t i = 0; i < global.size(); ++i)
+        if (global[i] == kNoNumber) {
             global[i] = interior++;
-        else if (global[i] < cell.firstNew)
-            continue; // an earlier cell has written it
-        const extractor::CellVertex& vertex = part.vertices[i];
-        const glm::dvec3 position = _domain.worldFromField.point(
-            _domain.origin + unit * glm::dvec3(part.gridPosition(vertex)));
-        mesh.positions[global[i]] = position;
-        mesh.normals[global[i]] =
-            glm::vec3(glm::normalize(_normalMatrix * extractor::fromOctahedral(vertex.normal)));
-        if (_hasAttributes)
-            mesh.attributes[global[i]] = part.attributes[i];
-        bounds.include(position);
+            made.push_back(static_cast<std::uint16_t>(i));
+        }
+    thread_local VertexBlock block;
+    glm::dvec3* const positions = mesh.positions.data();
+    glm::vec3* const normals = mesh.normals.data();
+    std::uint32_t* const attributes = mesh.attributes.data();
+    const glm::dvec3 corner(hierarchy::gridFromLattice(part.low));
+    const double unit = std::ldexp(1.0, part.exponent);
+    for (std::size_t begin = 0; begin < made.size(); begin += VertexBlock::kSize) {
+        const std::size_t count = std::min(VertexBlock::kSize, made.size() - begin);
+        const std::size_t first = cell.firstNew + begin;
+        for (std::size_t i = 0; i < count; ++i) {
+            const extractor::CellVertex& vertex = part.vertices[made[begin + i]];
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                block.grid[axis][i] = corner[axis] + unit * vertex.position[axis]; // exact
+            block.normal[i] = static_cast<std::uint16_t>(vertex.normal[0]) |
+                              std::uint32_t{static_cast<std::uint16_t>(vertex.normal[1])} << 16U;
+            if (_hasAttributes)
+                attributes[first + i] = part.attributes[made[begin + i]];
+        }
+        placeInWorld(block, count, _domain, _normalMatrix, positions + first, normals + first);
+        for (std::size_t i = 0; i < count; ++i)
+            bounds.include(positions[first + i]);
     }
 
     const std::size_t second = _mirrors ? 2 : 1;

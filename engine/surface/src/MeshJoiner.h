@@ -45,10 +45,14 @@ public:
 
     /// The number of a vertex: `next` if it has none yet, which must not be all ones.
     std::uint32_t numberOf(const extractor::BorderVertex& border, std::uint32_t next);
+    /// Fetches from memory what `numberOf` will look at.
+    void prepareFor(const extractor::BorderVertex& border) const;
     /// Memory held [bytes].
     [[nodiscard]] std::size_t bytes() const { return _short.bytes() + _long.bytes(); }
 
 private:
+    [[nodiscard]] std::uint64_t shortKey(const std::array<std::int64_t, 3>& key) const;
+
     using LongKey = std::array<std::int64_t, 3>;
     struct ShortHash {
         std::size_t operator()(std::uint64_t key) const { return core::mixed(key); }
@@ -76,8 +80,8 @@ private:
 /// Each cell is first numbered, which is quick and has to be done in order, and then written, which
 /// may be done for many cells at once.
 ///
-/// Thread: `number` and `setSizes` one at a time; `write` any number at once, also beside `number`,
-/// but not beside `setSizes`.
+/// Thread: `number` and `setSizes` one at a time; `write` any number at once, also beside them as
+/// long as the mesh `fits`.
 class MeshJoiner {
 public:
     /// @param hasAttributes  whether cells with triangles have attributes
@@ -90,8 +94,10 @@ public:
     /// Sets memory aside for what so many cells are likely to need, so that the mesh needn't move
     /// as it grows. What isn't used is never touched, and so not taken from the system.
     void reserve(TriangleMesh& mesh, std::size_t cells) const;
-    /// Makes the mesh as large as what has been numbered so far.
+    /// Makes the mesh as large as what has been numbered so far, and leaves unset what is new.
     void setSizes(TriangleMesh& mesh) const;
+    /// Whether `setSizes` will leave the mesh where it is in memory.
+    [[nodiscard]] bool fits(const TriangleMesh& mesh) const;
     /// Writes a numbered cell for which there is room.
     /// @param bounds  grows by the positions written
     void write(const JoinedCell& cell, TriangleMesh& mesh, core::Box& bounds) const;

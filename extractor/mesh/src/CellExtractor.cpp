@@ -38,6 +38,7 @@ struct CellScratch {
     AlignmentScratch alignment;
     BalanceScratch balance;
     std::vector<glm::dvec3> normals;
+    std::vector<std::uint32_t> normalCodes;
 };
 
 namespace {
@@ -169,11 +170,8 @@ bool CellExtractor::extractInto(
     }
 
     Samples& samples = scratch.samples;
-    samples.place(cell, geometry, _domain, mesh, _settings);
-    if (isCancelled())
-        return false;
     const bool leavesData = _dataBox && !holds(*_dataBox, box);
-    samples.take(*_field, leavesData ? _dataBox : std::nullopt, _settings);
+    samples.take(*_field, cell, geometry, _domain, leavesData ? _dataBox : std::nullopt, _settings);
     result.stats.samples = static_cast<std::uint32_t>(mesh.vertexCount());
     result.stats.sanitisedSamples = samples.sanitised;
     if (trace != nullptr)
@@ -212,13 +210,25 @@ bool CellExtractor::extractInto(
         vertex.flags = static_cast<std::uint16_t>(
             (rough.isBorder() ? CellVertex::border : 0) | (rough.cap ? CellVertex::cap : 0));
         if (trace != nullptr && rough.isBorder())
-            trace->borders.push_back({static_cast<std::uint16_t>(i), rough.feature, rough.key});
+            trace->borders.push_back(
+                {static_cast<std::uint16_t>(i), rough.feature, samples.key(rough.ends)});
     }
     PointColumns& points = scratch.points;
-    if (!hasNormals)
-        vertexNormals(*_field, _domain, _dataBox, _settings, scratch.mesh, points, scratch.normals);
-    for (std::size_t i = 0; i < result.vertices.size(); ++i)
-        result.vertices[i].normal = octahedral(scratch.normals[i]);
+    if (hasNormals) {
+        for (std::size_t i = 0; i < result.vertices.size(); ++i)
+            result.vertices[i].normal = octahedral(scratch.normals[i]);
+    } else {
+        setNormals(
+            *_field,
+            _domain,
+            _dataBox,
+            _settings,
+            samples,
+            scratch.mesh,
+            points,
+            scratch.normalCodes,
+            result);
+    }
     if (_settings.attributes && _field->hasAttributes())
         setAttributes(*_field, _domain, _settings, scratch.mesh, points, result);
     if (_settings.estimateError && !scratch.mesh.indices.empty())
@@ -287,7 +297,14 @@ bool CellExtractor::polish(
     if (_settings.alignEdges || balanced) {
         const auto start = Clock::now();
         vertexNormals(
-            *_field, _domain, _dataBox, _settings, scratch.mesh, scratch.points, scratch.normals);
+            *_field,
+            _domain,
+            _dataBox,
+            _settings,
+            scratch.samples,
+            scratch.mesh,
+            scratch.points,
+            scratch.normals);
         if (_settings.alignEdges)
             alignEdges(scratch.mesh, frame, scratch.normals, localStep, scratch.alignment);
         if (balanced) {

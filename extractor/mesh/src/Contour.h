@@ -1,6 +1,7 @@
 #pragma once
 
 #include "CellGeometry.h"
+#include "CrossingKernel.h"
 #include "RoughMesh.h"
 #include "Samples.h"
 #include "isofront/extractor/CellExtractor.h"
@@ -16,8 +17,17 @@ namespace isofront::extractor {
 
 /// What a worker reuses from cell to cell while it contours.
 struct ContourScratch {
-    std::vector<std::uint16_t> vertexOfEdge;
-    std::vector<std::uint16_t> vertexOfPoint;
+    std::vector<std::uint8_t> inside;         ///< of a block, and some zeros
+    std::vector<std::uint8_t> configurations; ///< of a block, by the hexahedra's places
+    std::vector<std::uint16_t> cut;           ///< the hexahedra of a block that the surface cuts
+    std::vector<std::uint16_t> vertexOfEdge;  ///< kNoVertex for all between cells
+    std::vector<std::uint16_t> vertexOfPoint; ///< the same
+    /// The lattice edges and points that the vertices lie on: points count from kFirstPoint.
+    std::vector<std::uint32_t> origins;
+    std::uint32_t originCount = 0;
+    CrossingBlock crossings;
+
+    static constexpr std::uint32_t kFirstPoint = 1U << 16U;
 };
 
 /// Makes the triangles of one cell from its samples.
@@ -37,15 +47,19 @@ public:
     void run(const hierarchy::Tetrahedron& cell, bool closeWalls);
 
 private:
+    static constexpr std::size_t kMostCorners = 15; ///< of the triangles of a hexahedron
+    struct Cut;
+    class Cuts;
+
     void march();
+    const std::uint8_t* configurationsOf(std::size_t block);
     void capWalls(const hierarchy::Tetrahedron& cell);
     void capQuad(const BoundaryQuad& quad);
     std::uint16_t crossingOf(std::uint16_t edge);
-    std::uint16_t makeCrossing(std::uint16_t edge);
     std::uint16_t wallPoint(std::uint16_t point);
-    [[nodiscard]] std::uint16_t nextVertex() const;
-    void emit(std::uint16_t a, std::uint16_t b, std::uint16_t c);
-    [[nodiscard]] glm::dvec3 samplePoint(std::uint16_t v) const;
+    void placeVertices();
+    void placeAtBorderOfData(std::size_t first, std::size_t count);
+    void dropCaps();
 
     const CellGeometry& _geometry;
     const VolumeMesh& _volumeMesh;

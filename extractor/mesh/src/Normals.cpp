@@ -4,6 +4,8 @@
 
 #include "Normals.h"
 
+#include "NormalKernel.h"
+
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -57,6 +59,59 @@ glm::dvec3 faceNormal(const RoughMesh& rough, std::size_t vertex)
         sum += glm::cross(ab, ac);
     }
     return outward(-sum);
+}
+
+bool isOnCap(const RoughVertex& vertex, const ExtractionSettings& settings)
+{
+    return vertex.wall || (vertex.cap && settings.closed);
+}
+
+/// The normal on a cap, and where the field's gradient says nothing.
+glm::dvec3 specialNormal(
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings,
+    const Samples& samples,
+    const RoughMesh& rough,
+    std::size_t i,
+    const glm::dvec3& point)
+{
+    const RoughVertex& vertex = rough.vertices[i];
+    if (vertex.wall) {
+        // outward from all walls that meet here, whichever of them is being capped
+        const glm::dvec3 p = samples.point(vertex.ends[0]);
+        const double far = double(hierarchy::kLatticeEdge) * samples.mesh->denominator();
+        glm::dvec3 sum(0.0);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            sum[axis] = p[axis] == 0 ? -1.0 : p[axis] == far ? 1.0 : 0.0;
+        return glm::normalize(sum);
+    }
+    glm::dvec3 normal(0.0); // as long as nothing is known
+    if (vertex.cap && settings.closed)
+        normal = sideNormal(*dataBox, point);
+    else if (!vertex.isBorder())
+        normal = faceNormal(rough, i);
+    return normal == glm::dvec3(0.0) ? glm::normalize(samples.edge(vertex.ends)) : normal;
+}
+
+/// The field's gradients at points that have been placed.
+void takeGradients(
+    const fields::Field& field,
+    const ExtractionSettings& settings,
+    std::size_t count,
+    PointColumns& points)
+{
+    const bool filtered = settings.filterStrength > 0;
+    switch (settings.normals) {
+    case NormalSource::analytic:
+        field.gradient(points.batch(count, filtered), points.gradients(count));
+        break;
+    case NormalSource::sixSamples: // what a field does that has nothing better
+        field.Field::gradient(points.batch(count, filtered), points.gradients(count));
+        break;
+    case NormalSource::fourSamples:
+        fourSampleGradients(field, points, count, filtered);
+        break;
+    }
 }
 
 } // namespace
@@ -123,37 +178,45 @@ void vertexNormals(
     const hierarchy::Domain& domain,
     const std::optional<core::Box>& dataBox,
     const ExtractionSettings& settings,
+    const Samples& samples,
     const RoughMesh& rough,
     PointColumns& points,
     std::vector<glm::dvec3>& normals)
 {
-    const std::size_t count = rough.vertices.size();
-    const bool filtered = settings.filterStrength > 0;
     placeVertices(domain, rough, points);
-    switch (settings.normals) {
-    case NormalSource::analytic:
-        field.gradient(points.batch(count, filtered), points.gradients(count));
-        break;
-    case NormalSource::sixSamples: // what a field does that has nothing better
-        field.Field::gradient(points.batch(count, filtered), points.gradients(count));
-        break;
-    case NormalSource::fourSamples:
-        fourSampleGradients(field, points, count, filtered);
-        break;
+    takeGradients(field, settings, rough.vertices.size(), points);
+    normals.resize(rough.vertices.size());
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+        normals[i] = outward(points.gradient(i));
+        if (normals[i] == glm::dvec3(0.0) || isOnCap(rough.vertices[i], settings))
+            normals[i] = specialNormal(dataBox, settings, samples, rough, i, points.point(i));
     }
+}
 
-    normals.resize(count);
+void setNormals(
+    const fields::Field& field,
+    const hierarchy::Domain& domain,
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings,
+    const Samples& samples,
+    const RoughMesh& rough,
+    PointColumns& points,
+    std::vector<std::uint32_t>& codes,
+    CellMesh& mesh)
+{
+    const std::size_t count = rough.vertices.size();
+    placeVertices(domain, rough, points);
+    takeGradients(field, settings, count, points);
+    codes.resize(count);
+    encodeNormals({points.gx.data(), points.gy.data(), points.gz.data()}, count, codes.data());
     for (std::size_t i = 0; i < count; ++i) {
-        const RoughVertex& vertex = rough.vertices[i];
-        glm::dvec3 normal(0.0); // as long as nothing is known
-        if (vertex.cap && !vertex.wall && settings.closed) {
-            normal = sideNormal(*dataBox, points.point(i));
-        } else if (!vertex.wall) {
-            normal = outward(points.gradient(i));
-            if (normal == glm::dvec3(0.0) && !vertex.isBorder())
-                normal = faceNormal(rough, i);
-        }
-        normals[i] = normal == glm::dvec3(0.0) ? glm::normalize(vertex.outward) : normal;
+        const std::uint32_t code = codes[i];
+        if (code == kNoNormalCode || isOnCap(rough.vertices[i], settings))
+            mesh.vertices[i].normal =
+                octahedral(specialNormal(dataBox, settings, samples, rough, i, points.point(i)));
+        else
+            mesh.vertices[i].normal = {
+                static_cast<std::int16_t>(code & 0xFFFFU), static_cast<std::int16_t>(code >> 16U)};
     }
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "RoughMesh.h"
+#include "Samples.h"
 #include "isofront/extractor/CellExtractor.h"
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -15,15 +17,31 @@ namespace isofront::extractor {
 /// Where the gradient vanishes or isn't finite, a border vertex gets the direction of its lattice
 /// edge from the inside out, and any other the mean of its triangles' normals, weighted by area.
 ///
+/// @param samples  that the vertices were found by
 /// @param normals  receives one a vertex
 void vertexNormals(
     const fields::Field& field,
     const hierarchy::Domain& domain,
     const std::optional<core::Box>& dataBox,
     const ExtractionSettings& settings,
+    const Samples& samples,
     const RoughMesh& rough,
     PointColumns& points,
     std::vector<glm::dvec3>& normals);
+
+/// The same into a cell's mesh, as they are stored.
+/// @param codes  scratch
+/// @param mesh   vertices of `rough`, already placed; receives the normals
+void setNormals(
+    const fields::Field& field,
+    const hierarchy::Domain& domain,
+    const std::optional<core::Box>& dataBox,
+    const ExtractionSettings& settings,
+    const Samples& samples,
+    const RoughMesh& rough,
+    PointColumns& points,
+    std::vector<std::uint32_t>& codes,
+    CellMesh& mesh);
 
 /// The unit vector against a gradient; zero where the gradient vanishes or isn't finite.
 glm::dvec3 outward(const glm::dvec3& gradient);

@@ -21,26 +21,23 @@ inline constexpr std::uint16_t kNoVertex = std::numeric_limits<std::uint16_t>::m
 
 /// Keeps a crossing away from both ends of its lattice edge: closer, the snap would make triangles
 /// without area where samples equal the isovalue.
+inline constexpr double kCrossingClamp = 1.0 / 64.0;
 inline double clampedCrossing(double t)
 {
-    constexpr double kClamp = 1.0 / 64.0;
-    return std::clamp(t, kClamp, 1.0 - kClamp);
+    return std::clamp(t, kCrossingClamp, 1.0 - kCrossingClamp);
 }
 
 /// A mesh vertex while its cell is being made.
 struct RoughVertex {
     hierarchy::GridPoint position{};
     double radius = 0; ///< filter radius there, already scaled [field]
-    /// Direction of the normal where the field has no gradient, of any length.
-    glm::dvec3 outward{0.0};
-    std::array<std::int64_t, 3> key{};
-    std::array<std::uint16_t, 2> ends{}; ///< samples of its lattice edge: inside, outside
-    double t = 0;                        ///< where on it, from the inside
-    double height = 0;                   ///< how far it has been put above the surface [cell units]
-    FeatureMask feature = 0;             ///< of the lattice edge or point that it lies on
+    double t = 0;      ///< where on its lattice edge, from the inside
+    double height = 0; ///< how far it has been put above the surface [cell units]
+    /// Samples of its lattice edge: inside, outside. The same twice for a lattice point.
+    std::array<std::uint16_t, 2> ends{};
+    FeatureMask feature = 0; ///< of the lattice edge or point that it lies on
     bool cap = false;
-    /// A lattice point of a cap on the domain's wall, whose normal is `outward`.
-    bool wall = false;
+    bool wall = false; ///< a lattice point of a cap on the domain's wall
 
     /// Whether a neighbouring cell has this vertex, too.
     [[nodiscard]] bool isBorder() const { return feature != 0; }

@@ -23,7 +23,7 @@ HWY_INLINE void placeGroup(
     const std::array<double, 3>& origin,
     double unit,
     std::size_t first,
-    const PointTargets& targets)
+    const std::array<double*, 3>& targets)
 {
     const auto a = hn::LoadU(d, weights[0] + first);
     const auto b = hn::LoadU(d, weights[1] + first);
@@ -37,9 +37,8 @@ HWY_INLINE void placeGroup(
             hn::Add(
                 hn::Mul(c, hn::Set(d, corners[2][axis])),
                 hn::Mul(e, hn::Set(d, corners[3][axis]))));
-        hn::StoreU(p, d, targets.sampleUnits[axis] + first);
         const auto field = hn::Add(hn::Set(d, origin[axis]), hn::Mul(hn::Set(d, unit), p));
-        hn::StoreU(field, d, targets.field[axis] + first);
+        hn::StoreU(field, d, targets[axis] + first);
     }
 }
 
@@ -51,7 +50,7 @@ void placePointsOn(
     const std::array<double, 3>& origin,
     double unit,
     std::size_t count,
-    const PointTargets& targets)
+    const std::array<double*, 3>& targets)
 {
     const hn::ScalableTag<double> d;
     const std::size_t lanes = hn::Lanes(d);
@@ -76,7 +75,7 @@ void placePoints(
     const std::array<double, 3>& origin,
     double unit,
     std::size_t count,
-    const PointTargets& targets)
+    const std::array<double*, 3>& targets)
 {
     HWY_DYNAMIC_DISPATCH(placePointsOn)(weights, corners, origin, unit, count, targets);
 }

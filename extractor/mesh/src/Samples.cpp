@@ -36,41 +36,79 @@ std::uint32_t sanitise(std::span<float> values)
     return changed;
 }
 
-void Samples::place(
+void Samples::take(
+    const fields::Field& field,
     const hierarchy::Tetrahedron& cell,
     const CellGeometry& geometry,
     const hierarchy::Domain& domain,
-    const VolumeMesh& mesh,
+    const std::optional<core::Box>& dataBox,
     const ExtractionSettings& settings)
 {
-    const std::size_t count = mesh.vertexCount();
-    for (auto* column : {&px, &py, &pz, &x, &y, &z})
-        column->resize(count);
-
-    const auto& w = mesh.weightColumns;
-    const double unit = domain.latticeUnit() / mesh.denominator();
-    std::array<std::array<double, 3>, 4> corners{};
+    mesh = &VolumeMesh::ofSize(settings.latticeSize);
     for (std::size_t k = 0; k < 4; ++k)
         for (std::size_t axis = 0; axis < 3; ++axis)
-            corners[k][axis] = cell.corner[k][axis];
-    placePoints(
-        {w[0].data(), w[1].data(), w[2].data(), w[3].data()},
-        corners,
-        {domain.origin.x, domain.origin.y, domain.origin.z},
-        unit,
-        count,
-        {{px.data(), py.data(), pz.data()}, {x.data(), y.data(), z.data()}});
+            corners[k][axis] = std::int64_t{cell.corner[k][axis]};
+    const std::size_t total = mesh->vertexCount();
+    const bool filtered = settings.filterStrength > 0;
+    value.resize(total);
+    inside.resize(total);
+    radius.resize(filtered ? total : 0);
+    boxDistance.resize(dataBox ? total : 0);
+    sanitised = 0;
 
-    radius.clear();
-    if (settings.filterStrength <= 0)
-        return;
-    radius.resize(count);
+    const auto& w = mesh->weightColumns;
+    const double unit = domain.latticeUnit() / mesh->denominator();
+    const float least = leastFloatFrom(settings.isovalue);
+    auto& [x, y, z] = _points;
+    for (std::size_t begin = 0; begin < total; begin += kBlock) {
+        const std::size_t count = std::min(kBlock, total - begin);
+        placePoints(
+            {w[0].data() + begin, w[1].data() + begin, w[2].data() + begin, w[3].data() + begin},
+            realCorners(),
+            {domain.origin.x, domain.origin.y, domain.origin.z},
+            unit,
+            count,
+            {x.data(), y.data(), z.data()});
+        fields::SampleBatch batch{
+            std::span(x).first(count), std::span(y).first(count), std::span(z).first(count)};
+        if (filtered) {
+            placeRadii(geometry, settings, begin, count);
+            batch.radius = std::span<const double>(radius).subspan(begin, count);
+        }
+        const auto values = std::span(value).subspan(begin, count);
+        field.sample(batch, values);
+        sanitised += sanitise(values);
+        for (std::size_t i = 0; i < count; ++i)
+            inside[begin + i] = values[i] >= least ? 1 : 0;
+        if (!dataBox)
+            continue;
+        const glm::dvec3& low = dataBox->low;
+        const glm::dvec3& high = dataBox->high;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double dx = std::min(x[i] - low.x, high.x - x[i]);
+            const double dy = std::min(y[i] - low.y, high.y - y[i]);
+            const double dz = std::min(z[i] - low.z, high.z - z[i]);
+            const double distance = std::min({dx, dy, dz});
+            boxDistance[begin + i] = distance;
+            if (distance < 0)
+                inside[begin + i] = 0;
+        }
+    }
+}
+
+void Samples::placeRadii(
+    const CellGeometry& geometry,
+    const ExtractionSettings& settings,
+    std::size_t begin,
+    std::size_t count)
+{
+    const auto& w = mesh->weightColumns;
     const double* w0 = w[geometry.sorted[0]].data();
     const double* w1 = w[geometry.sorted[1]].data();
     const double* w2 = w[geometry.sorted[2]].data();
     const double* w3 = w[geometry.sorted[3]].data();
     const auto& s = geometry.edgeRadius;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = begin; i < begin + count; ++i) {
         // products of weights are exact, and so is their sum; the radii are summed in sorted order
         const double a = w0[i] * w1[i];
         const double b = w0[i] * w2[i];
@@ -83,37 +121,6 @@ void Samples::place(
             ((((s[0] * a + s[1] * b) + s[2] * c) + s[3] * d) + s[4] * e) + s[5] * f;
         const double own = sum > 0 ? weighted / sum : settings.cornerRadius;
         radius[i] = settings.filterStrength * own;
-    }
-}
-
-void Samples::take(
-    const fields::Field& field,
-    const std::optional<core::Box>& dataBox,
-    const ExtractionSettings& settings)
-{
-    const std::size_t count = x.size();
-    value.resize(count);
-    field.sample({x, y, z, radius}, value);
-    sanitised = sanitise(value);
-
-    inside.resize(count);
-    const float least = leastFloatFrom(settings.isovalue);
-    for (std::size_t i = 0; i < count; ++i)
-        inside[i] = value[i] >= least ? 1 : 0;
-
-    boxDistance.clear();
-    if (!dataBox)
-        return;
-    boxDistance.resize(count);
-    const glm::dvec3& low = dataBox->low;
-    const glm::dvec3& high = dataBox->high;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double dx = std::min(x[i] - low.x, high.x - x[i]);
-        const double dy = std::min(y[i] - low.y, high.y - y[i]);
-        const double dz = std::min(z[i] - low.z, high.z - z[i]);
-        boxDistance[i] = std::min({dx, dy, dz});
-        if (boxDistance[i] < 0)
-            inside[i] = 0;
     }
 }
 

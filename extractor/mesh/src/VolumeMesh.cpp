@@ -98,6 +98,8 @@ VolumeMesh::VolumeMesh(int latticeSize) : _n(latticeSize), _denominator(0)
         for (std::uint32_t step = 0; step < n * n * n; ++step) {
             const auto cell = hilbertCell(step, order);
             Hexahedron hexahedron;
+            hexahedron.place =
+                static_cast<std::uint16_t>(cell[0] + (n + 1) * (cell[1] + (n + 1) * cell[2]));
             for (unsigned m = 0; m < 8; ++m)
                 hexahedron.vertex[m] = vertexAt(
                     corner, {cell[0] + (m & 1U), cell[1] + (m >> 1U & 1U), cell[2] + (m >> 2U)});
@@ -122,9 +124,14 @@ VolumeMesh::VolumeMesh(int latticeSize) : _n(latticeSize), _denominator(0)
             }
         }
 
-    for (std::size_t corner = 0; corner < 4; ++corner)
+    for (std::size_t corner = 0; corner < 4; ++corner) {
         for (const Weights& w : weights)
             weightColumns[corner].push_back(w[corner]);
+        for (std::uint32_t c = 0; c <= n; ++c)
+            for (std::uint32_t b = 0; b <= n; ++b)
+                for (std::uint32_t a = 0; a <= n; ++a)
+                    block[corner].push_back(vertexAt(corner, {a, b, c}));
+    }
 }
 
 const VolumeMesh& VolumeMesh::ofSize(int latticeSize)

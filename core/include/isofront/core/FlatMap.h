@@ -43,6 +43,15 @@ public:
         return const_cast<Value*>(std::as_const(*this).find(key)); // our own entry, not constant
     }
 
+    /// Begins to fetch from memory what a look for a key will need.
+    void prefetch(const Key& key) const
+    {
+        if (_entries.empty())
+            return;
+        const std::size_t hash = Hash{}(key);
+        __builtin_prefetch(&_entries[hash & (_entries.size() - 1)]);
+    }
+
     /// The value under a key, put there if there is none, and whether it was.
     std::pair<Value*, bool> tryEmplace(const Key& key, const Value& value)
     {

@@ -14,6 +14,8 @@ using FeatureMask = std::uint8_t;
 /// A hexahedron of the volume mesh. Corner m = a + 2 b + 4 c of its local axes.
 struct Hexahedron {
     std::array<std::uint16_t, 8> vertex{};
+    /// Where vertex[0] stands in the VolumeMesh::block that it belongs to.
+    std::uint16_t place = 0;
     std::array<std::uint16_t, 12> edge{}; ///< in the order of MarchingCubesTable
 };
 
@@ -56,7 +58,11 @@ public:
     std::vector<FeatureMask> vertexFeature;
     std::vector<std::array<std::uint16_t, 2>> edges; ///< their two vertices
     std::vector<FeatureMask> edgeFeature;
-    std::vector<Hexahedron> hexahedra;
+    std::vector<Hexahedron> hexahedra; ///< n^3 of each large one, one after the other
+    /// The vertices of each of the four large hexahedra as a grid of n + 1 along each axis, the
+    /// first axis fastest: corner m = a + 2 b + 4 c of a hexahedron is its `place` and
+    /// a + (n + 1) (b + (n + 1) c).
+    std::array<std::vector<std::uint16_t>, 4> block;
     /// By the corner that the face is opposite to.
     std::array<std::vector<BoundaryQuad>, 4> boundary;
 
