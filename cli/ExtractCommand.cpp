@@ -223,8 +223,9 @@ int extract(const ExtractArguments& arguments)
     extractor::ExtractionSettings settings;
     settings.latticeSize = arguments.lattice;
     settings.isovalue = source.fieldIsovalue(isovalue);
-    settings.filterStrength =
-        arguments.filter.value_or(detail->kind == surface::Detail::Kind::view ? 1.0 : 0.0);
+    // what is measured or manufactured isn't filtered; a view is, by the strength of all views
+    if (arguments.filter || detail->kind != surface::Detail::Kind::view)
+        settings.filterStrength = arguments.filter.value_or(0.0);
     const int finest = source.voxel
                            ? levelForStep(*source.voxel / source.domain.edge, arguments.lattice)
                            : detail->level;
@@ -370,9 +371,8 @@ Action addExtract(CLI::App& app)
         ->add_option(
             "--filter",
             arguments->filter,
-            "strength of the low-pass filter: 0 none (default), 1 what the lattice can hold "
-            "(default "
-            "with --eye)")
+            "strength of the low-pass filter: 0 none (default), 0.5 (default with --eye), 1 all that "
+            "the lattice can't hold")
         ->check(within(0.0, 100.0));
     arguments->detail.addDetailTo(*command);
     arguments->mesh.addTo(*command);

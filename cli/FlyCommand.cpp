@@ -47,7 +47,7 @@ struct FlyArguments {
     double pixelError = 3;
     double updateMilliseconds = 4;
     int lattice = 16;
-    double filter = 1;
+    double filter = extractor::ExtractionSettings{}.filterStrength;
     MeshOptions mesh;
     DetailOptions detail;
     std::string out = "flight";

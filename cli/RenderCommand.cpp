@@ -30,7 +30,7 @@ struct RenderArguments {
     std::string size = "1280x720";
     double pixelError = 2;
     int lattice = 8;
-    double filter = 1;
+    double filter = extractor::ExtractionSettings{}.filterStrength;
     bool closed = false;
     MeshOptions mesh;
     DetailOptions detail;

@@ -149,13 +149,14 @@ SuiteResult runPixelError(const Context& context)
     const std::vector<double> asked =
         context.pick<std::vector<double>>({2, 8}, {2, 3, 4, 6, 8, 16});
     for (const int n : context.pick<std::vector<int>>({8}, {8, 16}))
-        for (const double filter : {0.0, 1.0}) {
+        for (const double filter : {0.0, 0.5, 1.0}) {
             double before = 0;
             for (const double pixels : asked) {
                 if (context.isStopped())
                     return result;
                 const std::string series =
-                    "n = " + std::to_string(n) + (filter > 0 ? ", filtered" : ", unfiltered");
+                    "n = " + std::to_string(n) +
+                    (filter > 0 ? ", filter " + textOf(filter) : ", unfiltered");
                 context.say(series + ", " + textOf(pixels) + " px");
                 Timing timing;
                 const surface::ExtractedMesh mesh =

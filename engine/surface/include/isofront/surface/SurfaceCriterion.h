@@ -15,7 +15,7 @@ namespace isofront::surface {
 
 /// The distance between mesh and unfiltered surface to expect (root of the mean square), as a share
 /// of the lattice's axis step: what detail is chosen by before anything is extracted. Measured on
-/// the terrain presets, 0.10 to 0.17 unfiltered and 0.25 to 0.38 filtered: see
+/// the terrain presets, 0.10 to 0.16 unfiltered and 0.16 to 0.29 with a filter of one half: see
 /// docs/measurements.md.
 inline constexpr double kErrorPerStep = 0.25;
 

@@ -43,9 +43,9 @@ struct ExtractionSettings {
     int latticeSize = 16;
     double isovalue = 0; ///< [field units]; solid is where the field is at or above it
     /// Scales the low-pass filter's radius: 0 samples the field as it is, 1 removes what the
-    /// lattice can't hold, more is smoother still. Trades detail for fewer artefacts and less
-    /// popping.
-    double filterStrength = 1;
+    /// lattice can't hold, more is smoother still. Trades detail for fewer artefacts. At one half,
+    /// caves, arches and thin bone stay that vanish at 1, for a third of the false detail gone.
+    double filterStrength = 0.5;
     /// Filter radius at the corners of cells, where no radius follows from the cell itself: that of
     /// the finest cells that can occur [field].
     double cornerRadius = 0;
