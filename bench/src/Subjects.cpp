@@ -129,6 +129,17 @@ extractor::ExtractionSettings settingsFor(const Subject& subject, int latticeSiz
     return settings;
 }
 
+Polish bestTriangles(double simplifyError)
+{
+    return [simplifyError](extractor::ExtractionSettings& settings) {
+        settings.smoothIterations = 1;
+        settings.reproject = true;
+        settings.simplifyError = simplifyError;
+        settings.alignEdges = true;
+        settings.vertices = extractor::VertexPlacement::balanced;
+    };
+}
+
 int levelForShare(double share, int latticeSize)
 {
     int level = 0;

@@ -10,6 +10,7 @@
 #include <isofront/hierarchy/Domain.h>
 #include <isofront/surface/MeshExtraction.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -46,6 +47,11 @@ Subject canyonSubject(double filterStrength = 1);
 
 /// How an extraction is set up for lattices of one size at one level, unfiltered.
 extractor::ExtractionSettings settingsFor(const Subject& subject, int latticeSize, int level);
+
+/// Changes how triangles are made.
+using Polish = std::function<void(extractor::ExtractionSettings&)>;
+/// What `extract --quality best` does, with so much removed [axis steps].
+Polish bestTriangles(double simplifyError);
 
 /// The coarsest level 3k whose axis step is at most this share of the domain's edge.
 int levelForShare(double share, int latticeSize);

@@ -46,8 +46,6 @@ struct Method {
     std::function<Meshed(const Subject&, int stepsPerEdge)> mesh;
 };
 
-using Polish = std::function<void(extractor::ExtractionSettings&)>;
-
 Method cellsMethod(int latticeSize, const std::string& how = "", const Polish& polish = {})
 {
     return {
@@ -60,18 +58,6 @@ Method cellsMethod(int latticeSize, const std::string& how = "", const Polish& p
             CellsMesh cells = cellsMesh(subject, settings, level, 5);
             return Meshed{std::move(cells.extracted.mesh), cells.step, cells.timing};
         }};
-}
-
-/// What `extract --quality best` does, with so much removed.
-Polish best(double simplifyError)
-{
-    return [simplifyError](extractor::ExtractionSettings& settings) {
-        settings.smoothIterations = 1;
-        settings.reproject = true;
-        settings.simplifyError = simplifyError;
-        settings.alignEdges = true;
-        settings.vertices = extractor::VertexPlacement::balanced;
-    };
 }
 
 Meshed byGrid(const Subject& subject, int stepsPerEdge)
@@ -143,10 +129,10 @@ std::vector<Method> betterMethods()
 {
     std::vector<Method> all = {
         cellsMethod(4, kAligned, [](auto& settings) { settings.alignEdges = true; }),
-        cellsMethod(4, kBest, best(0.01)),
-        cellsMethod(8, kNothingRemoved, best(0)),
-        cellsMethod(8, kBest, best(0.01)),
-        cellsMethod(8, kForLand, best(0.2))};
+        cellsMethod(4, kBest, bestTriangles(0.01)),
+        cellsMethod(8, kNothingRemoved, bestTriangles(0)),
+        cellsMethod(8, kBest, bestTriangles(0.01)),
+        cellsMethod(8, kForLand, bestTriangles(0.2))};
     for (const GridPeer& peer : gridPeers())
         if (isAdaptive(peer))
             all.push_back(peerMethod(peer));

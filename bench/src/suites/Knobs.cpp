@@ -162,7 +162,9 @@ SuiteResult runVertices(const Context& context)
         {{"on the surface", 0, by(VertexPlacement::onSurface, false)},
          {"on the surface, edges aligned", 1, by(VertexPlacement::onSurface, true)},
          {"balanced", 2, by(VertexPlacement::balanced, false)},
-         {"balanced, edges aligned", 3, by(VertexPlacement::balanced, true)}},
+         {"balanced, edges aligned", 3, by(VertexPlacement::balanced, true)},
+         {"best, nothing removed", 4, bestTriangles(0)},
+         {"best", 5, bestTriangles(0.01)}},
         8};
     SuiteResult result;
     Table table = swept(context, knob, {sphereSubject(), gyroidSubject(), canyonSubject()});
