@@ -233,9 +233,9 @@ int extract(const ExtractArguments& arguments)
     settings.closed = arguments.closed;
     MeshOptions mesh = arguments.mesh;
     // what is kept is worth some time; but measured voxels, unlike those of a level set, are not
-    // smooth, and gain a twentieth for two thirds more
+    // smooth, and gain little for twice the time
     if (!mesh.quality)
-        mesh.quality = source.volume && !source.negated ? "plain" : "aligned";
+        mesh.quality = source.volume && !source.negated ? "plain" : "good";
     mesh.applyTo(settings);
     settings.attributes = arguments.attributes;
     settings.estimateError =
@@ -371,7 +371,8 @@ Action addExtract(CLI::App& app)
         ->add_option(
             "--filter",
             arguments->filter,
-            "strength of the low-pass filter: 0 none (default), 0.5 (default with --eye), 1 all that "
+            "strength of the low-pass filter: 0 none (default), 0.5 (default with --eye), 1 all "
+            "that "
             "the lattice can't hold")
         ->check(within(0.0, 100.0));
     arguments->detail.addDetailTo(*command);

@@ -24,10 +24,10 @@ void MeshOptions::addTo(CLI::App& command)
         .add_option(
             "--quality",
             quality,
-            "of triangles: 'plain': as they are contoured; 'aligned': with --align; 'best': with "
-            "--smooth 1 --reproject --simplify 0.01 --align --vertices balanced. Those options go "
+            "of triangles: 'plain': as they are contoured; 'good': with --smooth 1 --reproject "
+            "--align; 'best': with --simplify 0.02 --vertices balanced, too. Those options go "
             "before it")
-        ->check(CLI::IsMember({"plain", "aligned", "best"}));
+        ->check(CLI::IsMember({"plain", "good", "best"}));
     command
         .add_option(
             "--smooth", smooth, "passes that even out triangles inside cells, 0 to 100; 1 or 2 do")
@@ -65,11 +65,12 @@ void MeshOptions::applyTo(extractor::ExtractionSettings& settings) const
     using extractor::NormalSource;
     using extractor::VertexPlacement;
     const std::string word = quality.value_or("plain");
+    const bool plain = word == "plain";
     const bool best = word == "best";
-    settings.smoothIterations = smooth.value_or(best ? 1 : 0);
-    settings.reproject = reproject.value_or(best);
-    settings.simplifyError = simplify.value_or(best ? 0.01 : 0.0);
-    settings.alignEdges = align.value_or(word != "plain");
+    settings.smoothIterations = smooth.value_or(plain ? 0 : 1);
+    settings.reproject = reproject.value_or(!plain);
+    settings.simplifyError = simplify.value_or(best ? 0.02 : 0.0);
+    settings.alignEdges = align.value_or(!plain);
     settings.vertices = vertices.value_or(best ? "balanced" : "surface") == "balanced"
                             ? VertexPlacement::balanced
                             : VertexPlacement::onSurface;

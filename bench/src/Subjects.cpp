@@ -129,13 +129,20 @@ extractor::ExtractionSettings settingsFor(const Subject& subject, int latticeSiz
     return settings;
 }
 
+Polish goodTriangles()
+{
+    return [](extractor::ExtractionSettings& settings) {
+        settings.smoothIterations = 1;
+        settings.reproject = true;
+        settings.alignEdges = true;
+    };
+}
+
 Polish bestTriangles(double simplifyError)
 {
     return [simplifyError](extractor::ExtractionSettings& settings) {
-        settings.smoothIterations = 1;
-        settings.reproject = true;
+        goodTriangles()(settings);
         settings.simplifyError = simplifyError;
-        settings.alignEdges = true;
         settings.vertices = extractor::VertexPlacement::balanced;
     };
 }

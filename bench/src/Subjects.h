@@ -50,8 +50,10 @@ extractor::ExtractionSettings settingsFor(const Subject& subject, int latticeSiz
 
 /// Changes how triangles are made.
 using Polish = std::function<void(extractor::ExtractionSettings&)>;
-/// What `extract --quality best` does, with so much removed [axis steps].
-Polish bestTriangles(double simplifyError);
+/// What `extract --quality good` does.
+Polish goodTriangles();
+/// What `extract --quality best` does, but with so much removed [axis steps].
+Polish bestTriangles(double simplifyError = 0.02);
 
 /// The coarsest level 3k whose axis step is at most this share of the domain's edge.
 int levelForShare(double share, int latticeSize);

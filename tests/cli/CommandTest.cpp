@@ -439,7 +439,7 @@ TEST_F(Command, makesFewerTrianglesAndStillAClosedMesh)
     };
     const std::size_t all = triangles("");
     EXPECT_EQ(triangles("--smooth 2"), all);
-    EXPECT_EQ(triangles("--no-align"), all);
+    EXPECT_EQ(triangles("--quality plain"), all);
     EXPECT_LT(triangles("--simplify 0.1"), all / 2);
 }
 
@@ -454,7 +454,8 @@ TEST_F(Command, takesAWordForTheQualityOfTrianglesAndOptionsBeforeIt)
         EXPECT_EQ(run("extract proc:torus --level 6 -o a.stl " + options).exitCode, 0);
         return contentsOf(folder / "a.stl");
     };
-    EXPECT_EQ(settings("")["align"], true) << "an export is aligned by default";
+    EXPECT_EQ(settings("")["quality"], "good") << "an export is worth some time";
+    EXPECT_EQ(settings("")["align"], true);
     EXPECT_EQ(settings("")["vertices"], "surface");
     EXPECT_EQ(settings("--no-align")["align"], false);
     EXPECT_EQ(settings("--quality plain --align")["align"], true);
@@ -464,15 +465,19 @@ TEST_F(Command, takesAWordForTheQualityOfTrianglesAndOptionsBeforeIt)
     EXPECT_EQ(best["reproject"], false);
     EXPECT_EQ(best["simplify"], 0);
     EXPECT_EQ(best["vertices"], "balanced");
-    const std::string aligned = bytes("");
+    const std::string good = bytes("");
     const std::string plain = bytes("--quality plain");
-    EXPECT_NE(aligned, plain);
-    EXPECT_EQ(bytes("--no-align"), plain);
-    EXPECT_EQ(bytes("--quality plain --align"), aligned);
+    EXPECT_NE(good, plain);
+    EXPECT_EQ(bytes("--no-align --no-reproject --smooth 0"), plain);
+    EXPECT_EQ(bytes("--quality plain --smooth 1 --reproject --align"), good);
     EXPECT_EQ(
         bytes("--quality best"),
-        bytes("--smooth 1 --reproject --simplify 0.01 --align --vertices balanced"));
-    expectFailure("extract proc:torus -o a.ply --quality good", 2, {"--quality", "best"});
+        bytes("--smooth 1 --reproject --simplify 0.02 --align --vertices balanced"));
+    writeNrrd("cube.nrrd", {8, 8, 8}, std::vector<float>(512, 1.0F));
+    const Json voxels =
+        Json::parse(run("extract cube.nrrd --isovalue 0 --closed --json -o a.ply").output);
+    EXPECT_EQ(voxels["settings"]["quality"], "plain") << "voxels aren't smooth";
+    expectFailure("extract proc:torus -o a.ply --quality fine", 2, {"--quality", "best"});
 }
 
 TEST_F(Command, extractsAViewersDetailAndAnErrorBound)

@@ -163,8 +163,9 @@ SuiteResult runVertices(const Context& context)
          {"on the surface, edges aligned", 1, by(VertexPlacement::onSurface, true)},
          {"balanced", 2, by(VertexPlacement::balanced, false)},
          {"balanced, edges aligned", 3, by(VertexPlacement::balanced, true)},
-         {"best, nothing removed", 4, bestTriangles(0)},
-         {"best", 5, bestTriangles(0.01)}},
+         {"good", 4, goodTriangles()},
+         {"best, nothing removed", 5, bestTriangles(0)},
+         {"best", 6, bestTriangles()}},
         8};
     SuiteResult result;
     Table table = swept(context, knob, {sphereSubject(), gyroidSubject(), canyonSubject()});
