@@ -8,7 +8,9 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace isofront::volume {
 namespace {
@@ -158,11 +160,61 @@ TEST_F(Dicom, foldersOfAnythingElseAreBadData)
         write("s" + std::to_string(k), slice(k));
     expectRefused(ErrorCode::resourceLimit, "limit", {.memoryLimit = 95});
     std::string packed = test::dicomBytes(slice(0));
-    packed.replace(packed.find("1.2.840.10008.1.2.1"), 19, "1.2.840.10008.1.2.5");
-    tests::TemporaryFolder other;
-    const auto refused = loadVolume(other.file("rle/s0", packed).parent_path());
-    ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().message.find("compressed"), std::string::npos);
+    const std::size_t syntax = packed.find("1.2.840.10008.1.2.1");
+    for (const auto& [name, words] :
+         {std::pair<std::string, std::string>{"1.2.840.10008.1.2.4.70", "JPEG without losses"},
+          {"1.2.840.10008.1.2.4.90", "JPEG 2000 without losses"},
+          {"1.2.840.10008.1.2.1.99", "deflated"},
+          {"1.2.840.10008.1.2.9.99", "unknown"},
+          {"1.\n2", "not named"}}) {
+        // The text, its length before it and that of the group.
+        std::string bytes = packed;
+        const std::string value = name + std::string(name.size() % 2, '\0');
+        bytes.replace(syntax, 20, value);
+        bytes[syntax - 2] = static_cast<char>(value.size());
+        const std::size_t group = 128 + 4 + 8;
+        bytes[group] = static_cast<char>(bytes[group] + static_cast<int>(value.size()) - 20);
+        tests::TemporaryFolder other;
+        const auto refused = loadVolume(other.file("packed/s0", bytes).parent_path());
+        ASSERT_FALSE(refused);
+        for (const std::string& part :
+             {words, std::string("transfer syntax"), std::string("gdcmconv")})
+            EXPECT_NE(refused.error().message.find(part), std::string::npos)
+                << refused.error().message;
+        EXPECT_EQ(refused.error().message.find('\n'), std::string::npos);
+    }
+}
+
+TEST_F(Dicom, runsOfBytesAreUnpacked)
+{
+    tests::TemporaryFolder plain;
+    auto random = tests::random(6);
+    for (int k = 0; k < 4; ++k) {
+        DicomSlice s = slice(k);
+        s.columns = 61;
+        s.rows = 47;
+        s.pixels.clear();
+        // Flat parts, ramps and noise: runs and literals of all lengths, below zero too.
+        for (int i = 0; i < 61 * 47; ++i)
+            s.pixels.push_back(
+                i < 700    ? static_cast<std::int16_t>(-1000)
+                : i < 1500 ? static_cast<std::int16_t>(i - 1100)
+                           : static_cast<std::int16_t>(random() % (random() % 3 == 0 ? 2 : 4096)));
+        static_cast<void>(plain.file("s" + std::to_string(k), test::dicomBytes(s)));
+        s.hasRuns = true;
+        write("s" + std::to_string(k), s);
+    }
+    const auto packed = load();
+    ASSERT_TRUE(packed) << packed.error().message;
+    const auto expected = loadVolume(plain.path("."));
+    ASSERT_TRUE(expected) << expected.error().message;
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 47; ++j)
+            for (int i = 0; i < 61; ++i)
+                ASSERT_EQ(
+                    test::sampleAt(*packed->field, {i, j, k}),
+                    test::sampleAt(*expected->field, {i, j, k}))
+                    << i << ' ' << j << ' ' << k;
 }
 
 TEST_F(Dicom, filesWithRandomDamageNeverCrash)
@@ -170,9 +222,11 @@ TEST_F(Dicom, filesWithRandomDamageNeverCrash)
     auto random = tests::random(5);
     for (int k = 1; k < 3; ++k)
         write("s" + std::to_string(k), slice(k));
-    const std::string good = test::dicomBytes(slice(0));
-    for (int i = 0; i < 200 * tests::intensity(); ++i) {
-        std::string bad = good;
+    DicomSlice asRuns = slice(0);
+    asRuns.hasRuns = true;
+    const std::array goods{test::dicomBytes(slice(0)), test::dicomBytes(asRuns)};
+    for (int i = 0; i < 400 * tests::intensity(); ++i) {
+        std::string bad = goods[static_cast<std::size_t>(i % 2)];
         for (std::size_t change = 0; change < 1 + random() % 3; ++change)
             bad[132 + random() % (bad.size() - 132)] = static_cast<char>(random());
         if (random() % 4 == 0)

@@ -1,5 +1,6 @@
 #include "DicomFile.h"
 
+#include "DicomRuns.h"
 #include "TextHeader.h"
 
 #include <isofront/core/Assert.h>
@@ -15,6 +16,7 @@
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace isofront::volume {
 
@@ -41,6 +43,7 @@ tl::unexpected<core::Error> damaged()
 struct Syntax {
     bool isExplicit = true; ///< with the kind of each value
     bool bigEndian = false;
+    bool hasRuns = false; ///< pixels are packed as runs of bytes
 };
 
 struct Element {
@@ -267,10 +270,40 @@ core::Result<Syntax> syntaxNamed(const std::string& name)
         return Syntax{true, false};
     if (name == "1.2.840.10008.1.2.2")
         return Syntax{true, true};
+    if (name == "1.2.840.10008.1.2.5")
+        return Syntax{true, false, true};
+    struct Packing {
+        std::string_view name;
+        std::string_view words;
+    };
+    // PS3.6, table A-1: what stands behind 1.2.840.10008.1.2.
+    static constexpr std::array<Packing, 14> kPackings{
+        {{"1.99", "deflated"},
+         {"4.50", "JPEG, 8 bits with losses"},
+         {"4.51", "JPEG, 12 bits with losses"},
+         {"4.57", "JPEG without losses"},
+         {"4.70", "JPEG without losses"},
+         {"4.80", "JPEG-LS without losses"},
+         {"4.81", "JPEG-LS"},
+         {"4.90", "JPEG 2000 without losses"},
+         {"4.91", "JPEG 2000"},
+         {"4.100", "MPEG-2"},
+         {"4.102", "MPEG-4"},
+         {"4.201", "high-throughput JPEG 2000 without losses"},
+         {"4.202", "high-throughput JPEG 2000"},
+         {"4.203", "high-throughput JPEG 2000"}}};
+    constexpr std::string_view kRoot = "1.2.840.10008.1.2.";
+    std::string words = "in a way unknown here";
+    for (const Packing& packing : kPackings)
+        if (name.starts_with(kRoot) && name.substr(kRoot.size()) == packing.name)
+            words = packing.words;
+    const bool isName =
+        name.find_first_not_of("0123456789.") == std::string::npos && name.size() <= 64;
     return failure(
         ErrorCode::badData,
-        "its pixels are compressed (transfer syntax " + name +
-            "); unpack them first, as with gdcmconv --raw");
+        "its pixels are compressed (" + words + ", transfer syntax " +
+            (isName && !name.empty() ? name : "not named") +
+            "); unpack the series first, as with gdcmconv --raw or dcmdjpeg");
 }
 
 /// Fills in what the elements say; fails if they don't describe a slice.
@@ -325,6 +358,29 @@ core::Result<void> describe(const Values& values, DicomFile& file)
     return {};
 }
 
+/// Finds the pixels' one fragment: behind an item with offsets, and before the end of the sequence.
+core::Result<DicomFile> withRuns(DicomFile file, Reader& data, std::uint64_t needed)
+{
+    // A run makes 128 bytes of two, so that a small file can't ask for much memory.
+    constexpr std::uint64_t kMostGrowth = 64;
+    constexpr Syntax kItems{true, false};
+    const auto offsets = data.element(kItems);
+    if (!offsets || offsets->tag != kItem || !data.skip(offsets->length))
+        return damaged();
+    const auto fragment = data.element(kItems);
+    if (!fragment || fragment->tag != kItem)
+        return damaged();
+    file.pixelOffset = data.position();
+    file.packedBytes = fragment->length;
+    if (!data.skip(fragment->length))
+        return damaged();
+    const auto end = data.element(kItems);
+    if (!end || end->tag != kSequenceEnd || file.packedBytes == 0 ||
+        needed / kMostGrowth > file.packedBytes)
+        return damaged();
+    return file;
+}
+
 } // namespace
 
 core::Result<DicomFile> readDicomHeader(const std::filesystem::path& path)
@@ -358,6 +414,11 @@ core::Result<DicomFile> readDicomHeader(const std::filesystem::path& path)
     file.pixelOffset = data.position();
     const std::uint64_t needed =
         std::uint64_t{file.pixels()} * static_cast<std::uint64_t>(file.bitsAllocated / 8);
+    if (syntax->hasRuns) {
+        if (pixels->length != kUndefined)
+            return damaged();
+        return withRuns(std::move(file), data, needed);
+    }
     if (pixels->length == kUndefined || needed > pixels->length || needed > data.left())
         return failure(
             ErrorCode::badData,
@@ -372,12 +433,19 @@ core::Result<void> readDicomPixels(const DicomFile& file, std::span<std::int64_t
     ISOFRONT_ASSERT(into.size() == file.pixels(), "there must be room for every pixel");
     const auto size = static_cast<std::size_t>(file.bitsAllocated / 8);
     std::vector<char> bytes(into.size() * size);
+    std::vector<char> packed(static_cast<std::size_t>(file.packedBytes));
+    std::vector<char>& stored = packed.empty() ? bytes : packed;
     std::ifstream stream(file.path, std::ios::binary);
     stream.seekg(static_cast<std::streamoff>(file.pixelOffset));
-    if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+    if (!stream.read(stored.data(), static_cast<std::streamsize>(stored.size())))
         return failure(
             ErrorCode::inputOutput,
             file.path.filename().string() + " can't be read; it changed or went away");
+    if (!packed.empty())
+        if (const auto unpacked = unpackDicomRuns(packed, size, bytes); !unpacked)
+            return failure(
+                unpacked.error().code,
+                file.path.filename().string() + ": " + unpacked.error().message);
     const auto unused = static_cast<unsigned>(64 - file.bitsStored);
     for (std::size_t i = 0; i < into.size(); ++i) {
         std::uint64_t value = 0;

@@ -33,6 +33,8 @@ struct DicomFile {
     std::string series;              ///< SeriesInstanceUID
     std::string description;         ///< SeriesDescription
     std::uint64_t pixelOffset = 0;   ///< [bytes] in the file
+    /// [bytes] that the pixels take as runs; 0 if they are stored as they are
+    std::uint64_t packedBytes = 0;
 
     [[nodiscard]] std::size_t pixels() const
     {
@@ -42,8 +44,8 @@ struct DicomFile {
 
 /// Reads a file's header. Every length is held against the size of the file.
 ///
-/// Errors say why a file is no slice that can be read, without naming it. Pixels must not be
-/// compressed, and a file has one frame.
+/// Errors say why a file is no slice that can be read, without naming it. Pixels are stored as they
+/// are or as runs; other ways to compress them are refused by name. A file has one frame.
 /// Source: DICOM PS3.5 (data elements) and PS3.10 (files), by the letter. Differs: a library was
 /// tried, and ends the program on some damaged files.
 core::Result<DicomFile> readDicomHeader(const std::filesystem::path& path);

@@ -229,6 +229,17 @@ readRawVolume(const std::filesystem::path& path, const LoadOptions& options)
         return tl::unexpected(checked.error());
 
     DenseVoxels dense;
+    if (header.encoding == FileHeader::Encoding::raw) {
+        // checkHeader has seen that it has at least as many.
+        std::error_code ignored;
+        const std::uint64_t bytes = std::filesystem::file_size(path, ignored);
+        const std::uint64_t end = layout->offset + header.dataBytes();
+        if (!ignored && bytes > end)
+            dense.notes.push_back(
+                "The description covers " + std::to_string(header.dataBytes()) + " of the file's " +
+                std::to_string(bytes) + " bytes; the last " + std::to_string(bytes - end) +
+                " are not used, so size, type or offset may be wrong.");
+    }
     dense.dimensions = glm::ivec3(header.dimensions[0], header.dimensions[1], header.dimensions[2]);
     dense.worldFromIndex = layout->worldFromIndex;
     if (!layout->hasSpacing && !options.voxelSize)

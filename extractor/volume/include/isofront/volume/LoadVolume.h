@@ -61,7 +61,7 @@ bool isVolume(const std::filesystem::path& path);
 
 /// Reads a volume, by extension, upper or lower case: .nrrd .nhdr .mha .mhd (through ITK), .nii
 /// .nii.gz, .tif .tiff with several pages, .raw .raw.gz .bin with a described header, .vdb (through
-/// OpenVDB); and folders of TIFF slices or of DICOM slices without compression.
+/// OpenVDB); and folders of TIFF slices or of DICOM slices, plain or as runs (RLE).
 ///
 /// Dense volumes keep the voxel type of the file and its values. A NIfTI scale factor makes them
 /// float; a DICOM slope and intercept too, unless whole numbers stay whole: then the smallest type
