@@ -218,7 +218,7 @@ int extract(const ExtractArguments& arguments)
         return report(detail.error());
     const double isovalue = arguments.isovalue.value_or(source.defaultIsovalue);
     if (!arguments.isovalue && source.volume)
-        progress.say("note: no --isovalue given; " + brief(isovalue) + " separates best");
+        progress.say(isovalueNote(isovalue));
 
     extractor::ExtractionSettings settings;
     settings.latticeSize = arguments.lattice;
@@ -338,8 +338,7 @@ Action addExtract(CLI::App& app)
     auto arguments = std::make_shared<ExtractArguments>();
     CLI::App* command = app.add_subcommand(
         "extract", "Write the isosurface of a source as a mesh, watertight inside the data");
-    command->add_option("SOURCE", arguments->source, "a file, or proc:NAME[?key=value&...]")
-        ->required();
+    addSource(*command, arguments->source)->required();
     command->add_option("-o,--output", arguments->output, "mesh file: .glb .ply .obj .stl")
         ->required();
     command
@@ -395,10 +394,16 @@ Action addExtract(CLI::App& app)
     addSourceArguments(*command, arguments->input);
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
-    command->footer("The same cells as in 'fly' and 'render', joined to one indexed mesh. World "
-                    "coordinates are\n"
-                    "the source's own. Example: isofront extract head.nrrd --isovalue 300 --closed "
-                    "-o bone.glb");
+    command->footer(
+        "The same cells as in 'fly' and 'render', joined to one indexed mesh. World coordinates "
+        "are\n"
+        "the source's own.\n\n"
+        "Examples:\n"
+        "  isofront extract head.nrrd --isovalue 300 --closed -o bone.glb\n"
+        "  isofront extract scans/head/ --series bone -o skull.ply\n"
+        "  isofront extract foot.raw --raw 256x256x256,uint8 --voxel-size 1,1,1 -o foot.stl\n"
+        "  isofront extract N44W072.hgt --spacing 60 -o mountains.glb\n"
+        "  isofront extract 'proc:gyroid?periods=3' --spacing 0.01 -o gyroid.ply");
     return [arguments] { return extract(*arguments); };
 }
 

@@ -76,7 +76,9 @@ std::vector<hierarchy::View> overTerrain(const Source& source, const FlightPlan&
     std::vector<double> ground;
     for (double frame = 0; frame < double(count); frame += stride) {
         const glm::dvec3& p = path[static_cast<std::size_t>(frame)];
-        ground.push_back(fields::surfaceHeight(*source.field, box, p.x, p.y));
+        // As many steps for any box: 4 m for one of 16 km.
+        const double step = source.isProcedural ? box.size().z / 4096 : 4.0;
+        ground.push_back(fields::surfaceHeight(*source.field, box, p.x, p.y, step));
     }
     const std::vector<double> above = smoothlyAbove(ground, 18);
     for (std::size_t i = 0; i < count; ++i) {
@@ -103,18 +105,20 @@ std::vector<hierarchy::View> overTerrain(const Source& source, const FlightPlan&
 std::vector<hierarchy::View> around(const Source& source, const FlightPlan& plan)
 {
     const glm::dvec3 arm = source.eye - source.target;
-    const double radius = glm::length(glm::dvec2(arm));
+    const glm::dvec3 rise = glm::dot(arm, source.up) * source.up;
+    const double radius = glm::length(arm - rise);
     const double speed = plan.speed > 0 ? plan.speed : radius * kPi / 4; // a round in eight seconds
-    const double begin = std::atan2(arm.y, arm.x);
     std::vector<hierarchy::View> views;
     for (std::size_t i = 0; i < plan.frames; ++i) {
         const double along = speed * double(i) / plan.framesPerSecond;
-        const double angle = begin + along / std::max(radius, 1e-12);
-        const double nearer = 1 - 0.45 * (0.5 - 0.5 * std::cos(angle - begin));
+        const double angle = along / std::max(radius, 1e-12);
+        const double nearer = 1 - 0.45 * (0.5 - 0.5 * std::cos(angle));
+        const glm::dvec3 out = arm - rise;
         const glm::dvec3 eye =
             source.target +
-            nearer * glm::dvec3(radius * std::cos(angle), radius * std::sin(angle), arm.z);
-        views.push_back(viewTo(eye, source.target, plan.fovDegrees, plan.width, plan.height));
+            nearer * (std::cos(angle) * out + std::sin(angle) * glm::cross(source.up, out) + rise);
+        views.push_back(
+            viewTo(eye, source.target, plan.fovDegrees, plan.width, plan.height, source.up));
     }
     return views;
 }

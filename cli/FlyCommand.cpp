@@ -146,6 +146,16 @@ private:
         _source = std::move(*source);
         for (const std::string& note : _source.notes)
             _progress.say("note: " + note);
+        if (!_arguments.isovalue && _source.volume)
+            _progress.say(isovalueNote(_source.defaultIsovalue));
+        if (_source.volume)
+            frameSurface(
+                _source,
+                _arguments.isovalue.value_or(_source.defaultIsovalue),
+                false,
+                _arguments.fov,
+                size->width,
+                size->height);
 
         std::error_code failed;
         std::filesystem::create_directories(_arguments.out, failed);
@@ -428,10 +438,7 @@ Action addFly(CLI::App& app)
     auto arguments = std::make_shared<FlyArguments>();
     CLI::App* command = app.add_subcommand(
         "fly", "Fly over a terrain or around a source: a video, a contact sheet and a report");
-    command->add_option(
-        "SOURCE",
-        arguments->source,
-        "what to fly over (elevation raster) or around, instead of --preset and --seed");
+    addSource(*command, arguments->source);
     command->add_option("--preset", arguments->preset, "terrain: see 'isofront info proc:'")
         ->capture_default_str();
     command->add_option("--seed", arguments->seed, "of the terrain")->capture_default_str();
@@ -473,7 +480,12 @@ Action addFly(CLI::App& app)
     command->add_flag("--window", arguments->window, "not in this version");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
-    command->footer("Example: isofront fly --preset canyon --frames 600 --out flight");
+    command->footer(
+        "A SOURCE stands in for --preset and --seed; landscapes are flown over, all else "
+        "around.\n\n"
+        "Examples:\n"
+        "  isofront fly --preset canyon --frames 600 --out flight\n"
+        "  isofront fly head.nrrd --isovalue 300 --out round");
     return [arguments] { return fly(*arguments); };
 }
 

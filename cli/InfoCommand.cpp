@@ -248,8 +248,7 @@ Action addInfo(CLI::App& app)
     auto arguments = std::make_shared<InfoArguments>();
     CLI::App* command = app.add_subcommand(
         "info", "Tell what a source holds; 'info proc:' lists procedural sources");
-    command->add_option("SOURCE", arguments->source, "a file or folder, proc:NAME or proc:")
-        ->required();
+    addSource(*command, arguments->source)->required();
     addSourceArguments(*command, arguments->input);
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "as in the other commands; info is quiet");

@@ -40,8 +40,69 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
     return studio;
 }
 
-hierarchy::View
-viewTo(const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height)
+namespace {
+
+/// The part of the data that may have a surface, by the field's bounds [world]; all of it if none
+/// has.
+core::Box surfaceBox(const Source& source, double isovalue)
+{
+    constexpr int kParts = 16; // along each axis
+    const core::Box whole = source.volume->dataBox;
+    const glm::dvec3 step = whole.size() / double(kParts);
+    const double level = source.fieldIsovalue(isovalue);
+    const core::Affine& map = source.domain.worldFromField;
+    core::Box found;
+    for (int part = 0; part < kParts * kParts * kParts; ++part) {
+        const glm::dvec3 at(part % kParts, part / kParts % kParts, part / (kParts * kParts));
+        const core::Box box{whole.low + at * step, whole.low + (at + 1.0) * step};
+        if (!source.field->bounds(box, {0, 0}).contains(level))
+            continue;
+        for (unsigned corner = 0; corner < 8; ++corner)
+            found.include(map.point(
+                {(corner & 1U) != 0 ? box.high.x : box.low.x,
+                 (corner & 2U) != 0 ? box.high.y : box.low.y,
+                 (corner & 4U) != 0 ? box.high.z : box.low.z}));
+    }
+    return found.isEmpty() ? source.worldBox : found;
+}
+
+} // namespace
+
+void frameSurface(
+    Source& source, double isovalue, bool keepsTarget, double fovDegrees, int width, int height)
+{
+    constexpr double kFilled = 0.94; // of the picture's height or width
+    const glm::dvec3 forward = glm::normalize(source.target - source.eye);
+    const glm::dvec3 across = glm::cross(forward, source.up);
+    const glm::dvec3 right =
+        glm::normalize(glm::length(across) > 1e-3 ? across : glm::dvec3(1, 0, 0));
+    const glm::dvec3 up = glm::cross(right, forward);
+    const double tangentY = kFilled * std::tan(0.5 * fovDegrees * std::numbers::pi / 180);
+    const double tangentX = tangentY * width / height;
+    const core::Box box = surfaceBox(source, isovalue);
+    if (!keepsTarget)
+        source.target = box.centre();
+    double distance = 0;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 at = glm::dvec3(
+                                  (corner & 1U) != 0 ? box.high.x : box.low.x,
+                                  (corner & 2U) != 0 ? box.high.y : box.low.y,
+                                  (corner & 4U) != 0 ? box.high.z : box.low.z) -
+                              source.target;
+        const double aside = std::max(
+            std::abs(glm::dot(at, right)) / tangentX, std::abs(glm::dot(at, up)) / tangentY);
+        distance = std::max(distance, aside - glm::dot(at, forward));
+    }
+    source.eye = source.target - distance * forward;
+}
+
+hierarchy::View viewTo(
+    const glm::dvec3& eye,
+    const glm::dvec3& target,
+    double fovDegrees,
+    int width,
+    int height,
+    const glm::dvec3& up)
 {
     hierarchy::View view;
     view.eye = eye;
@@ -50,8 +111,9 @@ viewTo(const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int w
     view.height = height;
     view.verticalFieldOfView = fovDegrees * std::numbers::pi / 180;
     const glm::dvec3 direction = glm::normalize(view.forward);
-    if (std::abs(direction.z) > 0.999)
-        view.up = {0, 1, 0}; // straight up or down: north is at the top
+    view.up = up;
+    if (std::abs(glm::dot(direction, up)) > 0.999)
+        view.up = {up.y, up.z, up.x}; // straight up or down: north is at the top
     return view;
 }
 

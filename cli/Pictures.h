@@ -34,9 +34,21 @@ struct StudioOptions {
 /// Errors: noDevice if there is none that fits, resourceLimit if it has too little memory.
 core::Result<Studio> openStudio(const Source& source, const StudioOptions& options);
 
+/// Looks at where a volume has a surface, from as near as all of it fits the picture; the direction
+/// stays, and so does the target if it is given.
+/// @param isovalue  of the source's own values
+void frameSurface(
+    Source& source, double isovalue, bool keepsTarget, double fovDegrees, int width, int height);
+
 /// A view of so many pixels from one point to another, upright if it can be.
-hierarchy::View
-viewTo(const glm::dvec3& eye, const glm::dvec3& target, double fovDegrees, int width, int height);
+/// @param up  of length 1
+hierarchy::View viewTo(
+    const glm::dvec3& eye,
+    const glm::dvec3& target,
+    double fovDegrees,
+    int width,
+    int height,
+    const glm::dvec3& up = {0, 0, 1});
 
 /// The surface of a source as a viewer needs it.
 surface::SurfaceOptions surfaceOptions(

@@ -79,6 +79,10 @@ int render(const RenderArguments& arguments)
             return report(parsed.error());
         *point = *parsed;
     }
+    const double isovalue = arguments.isovalue.value_or(source->defaultIsovalue);
+    if (arguments.eye.empty() && source->volume)
+        frameSurface(
+            *source, isovalue, !arguments.target.empty(), arguments.fov, size->width, size->height);
     if (source->eye == source->target)
         return report({ErrorCode::usage, "--eye and --target must not be the same point"});
 
@@ -87,7 +91,8 @@ int render(const RenderArguments& arguments)
     if (!studio)
         return report(studio.error());
 
-    const double isovalue = arguments.isovalue.value_or(source->defaultIsovalue);
+    if (!arguments.isovalue && source->volume)
+        progress.say(isovalueNote(isovalue));
     const std::shared_ptr<core::Jobs> jobs =
         core::makeJobs(core::JobsBackend::automatic, arguments.threads);
     surface::Surface surface(
@@ -104,7 +109,7 @@ int render(const RenderArguments& arguments)
             *detail),
         jobs);
     const hierarchy::View view =
-        viewTo(source->eye, source->target, arguments.fov, size->width, size->height);
+        viewTo(source->eye, source->target, arguments.fov, size->width, size->height, source->up);
     const surface::Delta delta = surface.settle(
         view, [&](double share) { progress.show("extracting", share); }, stop);
     if (stop.stop_requested())
@@ -183,8 +188,7 @@ Action addRender(CLI::App& app)
     auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command =
         app.add_subcommand("render", "Draw one picture of a source, at the detail its pixels need");
-    command->add_option("SOURCE", arguments->source, "a file, or proc:NAME[?key=value&...]")
-        ->required();
+    addSource(*command, arguments->source)->required();
     command->add_option("-o,--output", arguments->output, "picture: .png")->required();
     command
         ->add_option(
@@ -219,6 +223,10 @@ Action addRender(CLI::App& app)
         ->check(CLI::Range(0, 1024));
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
+    command->footer("Examples:\n"
+                    "  isofront render head.nrrd --isovalue 300 -o bone.png\n"
+                    "  isofront render N44W072.hgt -o mountains.png\n"
+                    "  isofront render 'proc:terrain?preset=islands&seed=4' -o islands.png");
     return [arguments] { return render(*arguments); };
 }
 

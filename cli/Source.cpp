@@ -1,5 +1,6 @@
 #include "Source.h"
 
+#include "Console.h"
 #include "GraphFiles.h"
 
 #include <isofront/elevation/Landscape.h>
@@ -22,13 +23,18 @@ constexpr std::string_view kProcedural = "proc:";
 /// Detail of a landscape goes on below its posts, down to a thousandth of their distance.
 constexpr int kLevelsOfDetail = 30;
 
-/// Looks along the second axis and a little down, from where a box fills the view.
-void lookAt(Source& source)
+/// Looks at the front and a little down, from where a box fills the view. Scans lie with z up and
+/// their front towards -y; level sets are models, which have y up and their front towards z.
+void lookAt(Source& source, bool isModel)
 {
     const glm::dvec3 centre = source.worldBox.centre();
     const double reach = 0.9 * glm::length(source.worldBox.size());
     source.target = centre;
-    source.eye = centre + reach * glm::normalize(glm::dvec3(0.45, -1.0, 0.4));
+    source.eye =
+        centre +
+        reach * glm::normalize(isModel ? glm::dvec3(0.45, 0.4, 1.0) : glm::dvec3(0.45, -1.0, 0.4));
+    if (isModel)
+        source.up = {0, 1, 0};
 }
 
 core::Box worldBoxOf(const core::Box& box, const core::Affine& map)
@@ -107,7 +113,7 @@ core::Result<Source> openVolume(const std::string& text, const SourceOptions& op
     source.negated = loaded->negated;
     source.voxel = 1.0;
     source.worldBox = worldBoxOf(loaded->dataBox, loaded->worldFromIndex);
-    lookAt(source);
+    lookAt(source, loaded->info.format == volume::VolumeFormat::vdb && loaded->negated);
     source.notes = loaded->info.notes;
     source.volume = std::move(*loaded);
     return source;
@@ -166,6 +172,11 @@ core::Result<Source> openElevation(const std::string& text, const SourceOptions&
 }
 
 } // namespace
+
+std::string isovalueNote(double isovalue)
+{
+    return "note: no --isovalue given; " + brief(isovalue) + " separates best";
+}
 
 int levelForStep(double share, int latticeSize)
 {

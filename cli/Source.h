@@ -37,6 +37,7 @@ struct Source {
     core::Box worldBox;  ///< what there is to see [world]
     glm::dvec3 eye{0.0}; ///< a good place to look from [world]
     glm::dvec3 target{0.0};
+    glm::dvec3 up{0.0, 0.0, 1.0}; ///< of a picture [world]
     std::optional<volume::LoadedVolume> volume;
     std::optional<elevation::LoadedElevation> elevation;
     std::vector<std::string> notes; ///< sentences about choices made for the user
@@ -59,6 +60,9 @@ struct SourceOptions {
     std::string detail = "none";                         ///< added to an elevation raster
     std::stop_token stop = {};
 };
+
+/// What to say where nobody has given an isovalue for a volume.
+std::string isovalueNote(double isovalue);
 
 /// The coarsest level 3k at which an axis step is at most this share of the domain's edge: that of
 /// a volume's own voxels, for theirs.

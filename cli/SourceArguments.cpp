@@ -38,6 +38,17 @@ core::Result<glm::dvec2> parsePixelSize(const std::string& text)
 
 } // namespace
 
+CLI::Option* addSource(CLI::App& command, std::string& text)
+{
+    return command.add_option(
+        "SOURCE",
+        text,
+        "a volume: .nrrd .nhdr .nii .nii.gz .mha .mhd .vdb, .tif of several pages, .raw .raw.gz "
+        ".bin (see --raw),\n"
+        "or a folder of DICOM or TIFF slices; an elevation raster: .hgt .hgt.gz .tif .png;\n"
+        "or a field by formula, proc:NAME[?key=value&...], as 'isofront info proc:' lists them");
+}
+
 void addSourceArguments(CLI::App& command, SourceArguments& arguments)
 {
     const double most = std::numeric_limits<float>::max();

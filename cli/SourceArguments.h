@@ -25,6 +25,9 @@ struct SourceArguments {
     std::string detail = "none"; ///< a command that shows sources sets another one
 };
 
+/// Adds SOURCE to a command, with the kinds there are; `text` must outlive it.
+CLI::Option* addSource(CLI::App& command, std::string& text);
+
 /// Adds the options to a command; `arguments` must outlive it.
 void addSourceArguments(CLI::App& command, SourceArguments& arguments);
 

@@ -70,10 +70,28 @@ ProceduralSource shapeSource(std::shared_ptr<const Field> field, double half)
 double clearHeight(const Field& field, const TerrainPreset& preset, const glm::dvec2& place)
 {
     // As many steps for any box: 4 m for one of 16 km.
-    const double step = preset.box.size().z / 4096;
-    const double ground = surfaceHeight(field, preset.box, place.x, place.y, step);
-    // Over a gap between islands there is no ground: fly at the height of the middle.
-    return (ground > preset.box.low.z ? ground : 0.0) + preset.clearance;
+    const double edge = preset.box.size().z;
+    const auto groundAt = [&](const glm::dvec2& at) {
+        return surfaceHeight(field, preset.box, at.x, at.y, edge / 4096);
+    };
+    double ground = groundAt(place);
+    // Land that floats may hang above as well as below: fly above what is around.
+    const double bottom = preset.box.low.z;
+    float lowest = 0;
+    field.sample({{&place.x, 1}, {&place.y, 1}, {&bottom, 1}}, {&lowest, 1});
+    if (lowest < 0)
+        for (const double reach : {edge / 24, edge / 12})
+            for (const glm::dvec2 way :
+                 {glm::dvec2(1, 0),
+                  glm::dvec2(1, 1),
+                  glm::dvec2(0, 1),
+                  glm::dvec2(-1, 1),
+                  glm::dvec2(-1, 0),
+                  glm::dvec2(-1, -1),
+                  glm::dvec2(0, -1),
+                  glm::dvec2(1, -1)})
+                ground = std::max(ground, groundAt(place + reach * way));
+    return (ground > bottom ? ground : preset.box.centre().z) + preset.clearance;
 }
 
 core::Result<ProceduralSource> makeTerrainSource(const Arguments& arguments)
