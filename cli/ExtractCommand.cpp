@@ -27,6 +27,9 @@ namespace {
 using core::ErrorCode;
 using Clock = std::chrono::steady_clock;
 
+/// More than any mesh has.
+constexpr std::size_t kMostTriangles = std::size_t{1} << 40U;
+
 struct ExtractArguments {
     std::string source;
     SourceArguments input;
@@ -46,6 +49,7 @@ struct ExtractArguments {
     MeshOptions mesh;
     DetailOptions detail;
     bool attributes = false;
+    std::size_t maxTriangles = 0; ///< 0 for any number
     std::size_t threads = 0;
     bool json = false;
     bool quiet = false;
@@ -179,12 +183,34 @@ nlohmann::ordered_json settingsOf(
         json["eye"] = {detail.view.eye.x, detail.view.eye.y, detail.view.eye.z};
         DetailRequest{.settings = detail.settings}.describeDetail(json);
     }
+    if (arguments.maxTriangles > 0)
+        json["max_triangles"] = arguments.maxTriangles;
+    else
+        json["max_triangles"] = nullptr;
     json["lattice"] = arguments.lattice;
     json["filter"] = settings.filterStrength;
     json["closed"] = settings.closed;
     mesh.describe(json);
     json["attributes"] = settings.attributes;
     return json;
+}
+
+/// What a mesh was made with, if its ceiling left less than was asked for; else empty.
+std::string ceilingNote(
+    const surface::Detail& asked, const surface::ExtractedMesh& made, std::size_t maxTriangles)
+{
+    if (!(made.coarser > 1))
+        return {};
+    const std::string start = "note: at most " + grouped(maxTriangles) + " triangles: ";
+    if (asked.kind == surface::Detail::Kind::level)
+        return start + "level " + std::to_string(made.detail.level) + " in place of " +
+               std::to_string(asked.level);
+    if (asked.kind == surface::Detail::Kind::error)
+        return start + "an error of " + brief(made.detail.maxError) + " in place of " +
+               brief(asked.maxError);
+    return start + "an error of " + brief(made.detail.pixelError) + " px in place of " +
+           brief(asked.pixelError) + " px, and " + brief(made.coarser) +
+           " times the other errors that were asked for";
 }
 
 int extract(const ExtractArguments& arguments)
@@ -249,6 +275,7 @@ int extract(const ExtractArguments& arguments)
     surface::MeshExtractionOptions options;
     options.detail = *detail;
     options.memoryLimit = limit;
+    options.maxTriangles = arguments.maxTriangles;
     options.stop = stop;
     options.progress = [&](const char* what, double share) { progress.show(what, share); };
     auto result = surface::extractMesh(extractor, *jobs, options);
@@ -260,7 +287,8 @@ int extract(const ExtractArguments& arguments)
         return report({ErrorCode::interrupted, "interrupted; nothing was written"});
     const auto writeStart = Clock::now();
     progress.show("writing " + arguments.output, -1);
-    const auto settingsJson = settingsOf(arguments, *detail, settings, mesh, source, isovalue);
+    const auto settingsJson =
+        settingsOf(arguments, result->detail, settings, mesh, source, isovalue);
     exchange::ExportOptions exportOptions;
     exportOptions.name = source.name;
     exportOptions.settings = {{"source", source.name}, {"settings", settingsJson.dump()}};
@@ -268,8 +296,12 @@ int extract(const ExtractArguments& arguments)
     if (!written)
         return report(written.error());
     progress.finish();
+    if (const std::string note = ceilingNote(*detail, *result, arguments.maxTriangles);
+        !note.empty())
+        progress.say(note);
     std::vector<std::string> warnings = written->warnings;
-    if (detail->kind == surface::Detail::Kind::error && result->errorMax > detail->maxError)
+    if (detail->kind == surface::Detail::Kind::error && result->coarser == 1 &&
+        result->errorMax > detail->maxError)
         warnings.push_back(
             "--max-error " + brief(detail->maxError) + " is not reached: the estimated error is " +
             brief(result->errorMax) + " somewhere, and cells are not refined beyond level " +
@@ -300,6 +332,7 @@ int extract(const ExtractArguments& arguments)
     json["cells"] = result->cells;
     json["cells_skipped"] = result->cellsSkipped;
     json["finest_level"] = result->finestLevel;
+    json["coarser"] = result->coarser;
     json["samples"] = result->samples;
     json["sanitised_samples"] = result->sanitisedSamples;
     if (result->mesh.bounds.isEmpty()) {
@@ -391,6 +424,12 @@ Action addExtract(CLI::App& app)
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
+    command
+        ->add_option(
+            "--max-triangles",
+            arguments->maxTriangles,
+            "of the mesh; what was asked for is made coarser until there are no more")
+        ->check(CLI::Range(std::size_t{1}, kMostTriangles));
     addSourceArguments(*command, arguments->input);
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");

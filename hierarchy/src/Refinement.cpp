@@ -39,6 +39,16 @@ double coneOf(const View& view)
 
 } // namespace
 
+double
+distanceTo(const Domain& domain, double stretch, const Diamond& diamond, const glm::dvec3& eye)
+{
+    const glm::dvec3 centre = domain.worldFromField.point(domain.fieldFromLattice(diamond.centre));
+    const double radius = diamond.radius() * domain.latticeUnit() * stretch;
+    // scaled, so that an eye however far doesn't overflow
+    const double scale = std::max({1.0, std::abs(eye.x), std::abs(eye.y), std::abs(eye.z)});
+    return std::max(0.0, scale * glm::length(centre / scale - eye / scale) - radius);
+}
+
 Refinement::Refinement(
     Domain domain,
     std::shared_ptr<const Criterion> criterion,
@@ -218,16 +228,6 @@ void Refinement::sleep(const LatticePoint& centre, double slack)
         return;
     _wakeAt[centre] = until;
     _asleep.push({until, centre});
-}
-
-double Refinement::distanceTo(const Diamond& diamond) const
-{
-    const glm::dvec3 centre =
-        _domain.worldFromField.point(_domain.fieldFromLattice(diamond.centre));
-    const double radius = diamond.radius() * _domain.latticeUnit() * _stretch;
-    // scaled, so that an eye however far doesn't overflow
-    const double scale = std::max({1.0, std::abs(_eye.x), std::abs(_eye.y), std::abs(_eye.z)});
-    return std::max(0.0, scale * glm::length(centre / scale - _eye / scale) - radius);
 }
 
 double Refinement::outsideBy(const Diamond& diamond) const

@@ -198,7 +198,38 @@ TEST_F(Command, refusesWorkOverItsMemoryLimitBeforeItBegins)
         {"--memory-limit"});
     expectFailure(
         "extract proc:gyroid --level 40 --memory-limit 0.05 -o a.ply", 6, {"--memory-limit"});
+    // the usual limit, and what is far over it: foretold rather than found out
+    for (const char* source : {"proc:sphere", "proc:gyroid", "proc:terrain"})
+        expectFailure(
+            "extract " + std::string(source) + " --level 60 -o a.ply",
+            6,
+            {"would need about", "8192 MiB", "choose level"});
     EXPECT_FALSE(fs::exists(folder / "a.ply"));
+}
+
+TEST_F(Command, extractsNoMoreTrianglesThanAskedForAndTellsWhatThatCosts)
+{
+    for (const std::string detail :
+         {"--level 9", "--max-error 0.002", "--eye 3,0.5,0.5 --pixel-error 0.2"}) {
+        const Outcome outcome =
+            run("extract proc:torus " + detail + " --max-triangles 1500 --json -o a.ply");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+        const Json json = Json::parse(outcome.output);
+        EXPECT_LE(json["triangles"], 1500) << detail;
+        EXPECT_GT(json["triangles"], 300) << detail;
+        EXPECT_EQ(PlyMesh(folder / "a.ply").triangles.size(), json["triangles"]);
+        EXPECT_GT(json["coarser"], 1.0) << detail;
+        EXPECT_EQ(json["settings"]["max_triangles"], 1500);
+        EXPECT_NE(outcome.errors.find("note: at most 1,500 triangles: "), std::string::npos)
+            << outcome.errors;
+    }
+    const Json whole = Json::parse(
+        run("extract proc:torus --level 6 --max-triangles 1000000 --json -o a.ply").output);
+    EXPECT_EQ(whole["coarser"], 1.0);
+    EXPECT_EQ(whole["settings"]["level"], 6);
+    expectFailure("extract proc:torus --max-triangles 1 -o b.ply", 6, {"--max-triangles"});
+    expectFailure("extract proc:torus --max-triangles 0 -o b.ply", 2, {"--max-triangles"});
+    EXPECT_FALSE(fs::exists(folder / "b.ply"));
 }
 
 TEST_F(Command, closesAVolumeThatReachesItsBorderOnRequestAndElseEndsThere)

@@ -147,15 +147,13 @@ hierarchy::ErrorEstimate errorEstimate(
     };
 }
 
-std::shared_ptr<const WhereSurface> viewCriterion(
+hierarchy::CriterionPointer detailCriterion(
     const std::shared_ptr<const extractor::CellExtractor>& extractor,
     double pixelsPerUnit,
     double pixels,
     const DetailSettings& settings,
-    std::shared_ptr<DiamondBounds> known,
     std::shared_ptr<const MeasuredErrors> measured,
-    double coarser,
-    int maxLevel)
+    double coarser)
 {
     const hierarchy::Domain& domain = extractor->domain();
     const auto estimate = errorEstimate(extractor, std::move(measured), settings.measuredLevels);
@@ -184,15 +182,33 @@ std::shared_ptr<const WhereSurface> viewCriterion(
         focus.falloff *= coarser;
         criteria.push_back(std::make_shared<hierarchy::FocusCriterion>(domain, focus, estimate));
     }
+    return std::make_shared<hierarchy::AnyCriterion>(std::move(criteria));
+}
+
+int coarserLevel(int maxLevel, double coarser)
+{
     // three levels halve the lattice step
     int finest = maxLevel;
     while (finest > 0 && core::twoToThirds(maxLevel - finest + 1) <= coarser)
         --finest;
+    return finest;
+}
+
+std::shared_ptr<const WhereSurface> viewCriterion(
+    const std::shared_ptr<const extractor::CellExtractor>& extractor,
+    double pixelsPerUnit,
+    double pixels,
+    const DetailSettings& settings,
+    std::shared_ptr<DiamondBounds> known,
+    std::shared_ptr<const MeasuredErrors> measured,
+    double coarser,
+    int maxLevel)
+{
     return std::make_shared<WhereSurface>(
-        std::make_shared<hierarchy::AnyCriterion>(std::move(criteria)),
+        detailCriterion(extractor, pixelsPerUnit, pixels, settings, std::move(measured), coarser),
         extractor,
         std::move(known),
-        finest);
+        coarserLevel(maxLevel, coarser));
 }
 
 std::shared_ptr<const WhereSurface>

@@ -15,6 +15,11 @@
 
 namespace isofront::hierarchy {
 
+/// How far a diamond is from a viewer's eye: from a ball around its tetrahedra, 0 inside [world].
+/// @param stretch  of the domain's map
+double
+distanceTo(const Domain& domain, double stretch, const Diamond& diamond, const glm::dvec3& eye);
+
 /// How much one update may do.
 struct RefinementBudget {
     std::size_t tests = 4096;      ///< diamonds looked at
@@ -113,7 +118,10 @@ private:
     void touch(const LatticePoint& centre);
     /// Lets a diamond sleep until the viewer has travelled so much further.
     void sleep(const LatticePoint& centre, double slack);
-    [[nodiscard]] double distanceTo(const Diamond& diamond) const;
+    [[nodiscard]] double distanceTo(const Diamond& diamond) const
+    {
+        return hierarchy::distanceTo(_domain, _stretch, diamond, _eye);
+    }
     /// How far a diamond lies outside the cone of the picture, negative inside [world].
     [[nodiscard]] double outsideBy(const Diamond& diamond) const;
     /// How near the viewer must be to split a diamond, and how far he may travel before that

@@ -37,7 +37,12 @@ struct MeshExtractionOptions {
     /// What the work may hold at once, about; over it the answer is ErrorCode::resourceLimit, as
     /// early as it can be told [bytes].
     std::size_t memoryLimit = std::size_t{8} << 30U;
-    /// Called now and then from the calling thread: what is being done, and a share in [0, 1].
+    /// The most triangles of the mesh; 0 for any number. Where what is asked for has more, it is
+    /// made coarser: by single levels, or by as large errors as leave no more, in steps of an
+    /// eighth of a doubling.
+    std::size_t maxTriangles = 0;
+    /// Called now and then from the calling thread: what is being done, and a share in [0, 1], or
+    /// less than 0 where none can be told.
     std::function<void(const char*, double)> progress;
     std::stop_token stop;
 };
@@ -50,6 +55,9 @@ struct ExtractedMesh {
     std::uint64_t samples = 0;
     std::uint64_t sanitisedSamples = 0;
     int finestLevel = 0;
+    /// Level and errors that it was extracted by: as asked for, or coarser for `maxTriangles`.
+    Detail detail;
+    double coarser = 1;       ///< steps or errors over those that were asked for
     double errorRms = 0;      ///< estimated, over all cells by triangles [world]; if asked for
     double errorMax = 0;      ///< the same, largest [world]
     double frontSeconds = 0;  ///< finding the cells
@@ -64,7 +72,9 @@ struct ExtractedMesh {
 /// Extracts the surface of a field as one mesh, by the same cells as the live surface.
 ///
 /// The mesh doesn't depend on the number of threads, to the last byte.
-/// Errors: resourceLimit (over the memory limit, or more than 2^32 vertices), interrupted.
+/// Errors: resourceLimit (over the memory limit, which is foretold by the growth of the front
+/// before much is done where it is far over; more than 2^32 vertices; more than `maxTriangles` even
+/// at its coarsest), interrupted.
 core::Result<ExtractedMesh> extractMesh(
     std::shared_ptr<const extractor::CellExtractor> extractor,
     core::Jobs& jobs,

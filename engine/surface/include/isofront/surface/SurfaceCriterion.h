@@ -117,7 +117,21 @@ hierarchy::ErrorEstimate errorEstimate(
     int measuredLevels = 0);
 
 /// The criterion of a picture: the error, projected, is at most `pixels`, and all that the settings
-/// ask for beside.
+/// ask for beside, whether or not there is a surface. See `viewCriterion`.
+hierarchy::CriterionPointer detailCriterion(
+    const std::shared_ptr<const extractor::CellExtractor>& extractor,
+    double pixelsPerUnit,
+    double pixels,
+    const DetailSettings& settings,
+    std::shared_ptr<const MeasuredErrors> measured,
+    double coarser);
+
+/// No diamond of this level is to be split where `maxLevel` is the finest that was asked for, and
+/// errors are allowed to be so many times larger.
+int coarserLevel(int maxLevel, double coarser);
+
+/// The same where there may be a surface: the error, projected, is at most `pixels`, and all that
+/// the settings ask for beside.
 /// @param pixelsPerUnit  of the view, see hierarchy::View::pixelsPerUnit
 /// @param coarser        allows so many times the errors that are asked for, everywhere
 /// @param maxLevel       no finer than this, and by `coarser` coarser than it: around the eye,
