@@ -107,6 +107,32 @@ best(const std::optional<FlyingEdgesResult>& a, const std::optional<FlyingEdgesR
     return FlyingEdgesResult{better(a->timing, b->timing), a->triangles};
 }
 
+/// A view in large cells, whose many inner vertices are removed up to a tenth of a lattice step,
+/// with the least error in pixels that leaves no more triangles than so many.
+std::optional<Extracted> decimated(
+    const OpenScan& scan,
+    double filter,
+    std::size_t maxTriangles,
+    surface::MeshExtractionOptions options,
+    std::size_t threads,
+    std::size_t runs)
+{
+    extractor::ExtractionSettings settings = scan.settings(scan.isovalue, filter);
+    // four times the lattice has its step six levels earlier
+    options.detail.level = std::max(0, options.detail.level - 6);
+    settings.latticeSize *= 4;
+    settings.simplifyError = 0.1;
+    const auto extractor = extractorFor(scan, settings);
+    const auto jobs = core::makeJobs(core::JobsBackend::automatic, threads);
+    options.maxTriangles = maxTriangles;
+    const auto found = surface::extractMesh(extractor, *jobs, options);
+    if (!found)
+        return std::nullopt;
+    options.maxTriangles = 0; // finding the error is not what is timed
+    options.detail = found->detail;
+    return extracted(extractor, options, threads, runs, [] {});
+}
+
 std::vector<Column> speedColumns()
 {
     return {
@@ -275,6 +301,7 @@ SuiteResult runView(const Context& context)
     SuiteResult result;
     std::vector<Column> columns = speedColumns();
     columns.insert(columns.begin() + 3, {"filter", "", "strength of the low-pass filter"});
+    columns.insert(columns.begin() + 4, {"pixels", "px", "error of the mesh before decimation"});
     Table table{
         "view", "What one view needs, to one pixel at 1280 x 720, and the whole", columns, {}, {}};
     const std::vector<Scan> scans =
@@ -308,6 +335,7 @@ SuiteResult runView(const Context& context)
                          scan.isovalue,
                          "flying edges: all of it",
                          kUnknown,
+                         kUnknown,
                          count(threads),
                          count(peer->triangles),
                          1e3 * peer->timing.least,
@@ -323,6 +351,7 @@ SuiteResult runView(const Context& context)
                      scan.isovalue,
                      "cells: for the view",
                      filter,
+                     options.detail.pixelError,
                      count(threads),
                      count(triangles),
                      1e3 * own.timing.least,
@@ -334,6 +363,31 @@ SuiteResult runView(const Context& context)
                      count(own.timing.runs)});
                 result.check(
                     scan.name + " has triangles in view", triangles > 0, std::to_string(triangles));
+
+                const std::size_t tenth = (peer ? peer->triangles : triangles) / 10;
+                const auto fewer = decimated(scan, filter, tenth, options, threads, runs);
+                if (!fewer)
+                    continue;
+                const auto left = fewer->mesh.mesh.indices.size() / 3;
+                table.add(
+                    {scan.name,
+                     scan.isovalue,
+                     "cells: decimated to a tenth",
+                     filter,
+                     fewer->mesh.detail.pixelError,
+                     count(threads),
+                     count(left),
+                     1e3 * fewer->timing.least,
+                     1e3 * fewer->timing.wall,
+                     1e9 * fewer->timing.least / static_cast<double>(left),
+                     peer ? fewer->timing.least / peer->timing.least : kUnknown,
+                     kUnknown,
+                     fewer->extraMebibytes,
+                     count(fewer->timing.runs)});
+                result.check(
+                    scan.name + " decimated has at most a tenth of the triangles",
+                    left > 0 && left <= tenth,
+                    std::to_string(left) + " of at most " + std::to_string(tenth));
             }
         }
     }
