@@ -49,6 +49,17 @@ private:
     core::Box _box;
 };
 
+/// How many octaves there are from a wavelength down to a few centimetres, at most 14. Halves are
+/// exact, so that all machines agree, as they might not on a logarithm.
+int octavesFrom(double wavelength)
+{
+    constexpr double kShortest = 0.1; // [m]
+    int octaves = 1;
+    for (double half = 0.25 * wavelength; half >= kShortest && octaves < 14; half *= 0.5)
+        ++octaves;
+    return octaves;
+}
+
 fields::graph::Node nodeOf(const LoadedElevation& elevation, const LandscapePreset& preset)
 {
     using namespace fields::graph;
@@ -64,11 +75,9 @@ fields::graph::Node nodeOf(const LoadedElevation& elevation, const LandscapePres
              .amplitude = preset.crags * post,
              .gain = 0.5,
              .seed = 11});
-    // From waves as long as two posts down to a few centimetres.
-    const int octaves = std::clamp(static_cast<int>(std::log2(2 * post / 0.1)), 1, 14);
     layers.push_back(
         {.wavelength = 2 * post,
-         .octaves = octaves,
+         .octaves = octavesFrom(2 * post),
          .amplitude = preset.relief * post,
          .gain = 0.5,
          .seed = 12});
