@@ -52,6 +52,7 @@ CONFINED = [
         [
             "extractor/fields/src",
             "extractor/volume/src",
+            "extractor/elevation/src",
             "extractor/mesh/src",
             "engine/surface/src",
             "bench/src",

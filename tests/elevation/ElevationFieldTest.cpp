@@ -1,4 +1,5 @@
 #include "HeightPyramid.h"
+#include "fields/FieldChecks.h"
 #include "support/Random.h"
 
 #include <isofront/elevation/ElevationField.h>
@@ -8,11 +9,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
 namespace isofront::elevation {
@@ -271,19 +272,31 @@ TEST(ElevationField, givesTheDerivativesOfItsHeights)
     }
 }
 
-TEST(ElevationField, givesTheSameBitsWhereverAPointStandsInItsBatch)
+TEST(ElevationField, givesTheSameBitsWhereverAPointStandsInItsBatchOnEveryInstructionSet)
 {
     const ElevationField field(randomGrid(40, 40, 7), 100);
     const Points points = randomPoints(*field.dataBox(), 500, 200, 8);
-    std::vector<float> whole(200);
-    field.sample(points.batch(), whole);
-    for (std::size_t i = 0; i < 200; ++i) {
-        float value = 0;
-        field.sample(
+    struct Answer {
+        std::vector<float> value = std::vector<float>(200);
+        std::vector<double> x = std::vector<double>(200);
+        std::vector<double> y = std::vector<double>(200);
+        std::vector<double> z = std::vector<double>(200);
+        bool operator==(const Answer&) const = default;
+    };
+    Answer alone;
+    for (std::size_t i = 0; i < 200; ++i)
+        field.sampleWithGradient(
             {{&points.x[i], 1}, {&points.y[i], 1}, {&points.z[i], 1}, {&points.radius[i], 1}},
-            {&value, 1});
-        ASSERT_EQ(std::bit_cast<std::uint32_t>(value), std::bit_cast<std::uint32_t>(whole[i]));
-    }
+            {&alone.value[i], 1},
+            {{&alone.x[i], 1}, {&alone.y[i], 1}, {&alone.z[i], 1}});
+    fields::test::onEveryInstructionSet([&](const std::string& target) {
+        Answer whole;
+        field.sampleWithGradient(points.batch(), whole.value, {whole.x, whole.y, whole.z});
+        EXPECT_TRUE(whole == alone) << target;
+        std::vector<float> values(200);
+        field.sample(points.batch(), values);
+        EXPECT_EQ(values, alone.value) << target;
+    });
 }
 
 TEST(ElevationField, neverExcludesASampleFromItsBounds)

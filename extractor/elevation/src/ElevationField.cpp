@@ -4,17 +4,59 @@
 
 #include <isofront/core/Assert.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace isofront::elevation {
 
 namespace {
 
-double radiusAt(const fields::SampleBatch& batch, std::size_t i)
+/// Calls take(begin, points) for one block of a batch after the other.
+template <typename Take>
+void forBlocks(const fields::SampleBatch& batch, const Take& take)
 {
-    return batch.radius.empty() ? 0.0 : batch.radius[i];
+    HeightPoints points;
+    const auto copy = [](std::span<const double> from, BlockOfDoubles& to) {
+        std::ranges::copy(from, to.begin());
+        // Vectors reach beyond the last point, and are cheapest where all are alike.
+        std::fill(to.begin() + static_cast<std::ptrdiff_t>(from.size()), to.end(), from.back());
+    };
+    points.radius = {};
+    for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
+        points.size = std::min(kBlock, batch.size() - begin);
+        copy(batch.x.subspan(begin, points.size), points.x);
+        copy(batch.y.subspan(begin, points.size), points.y);
+        if (!batch.radius.empty())
+            copy(batch.radius.subspan(begin, points.size), points.radius);
+        take(begin, points);
+    }
+}
+
+void putSlopes(
+    const HeightSlopes& slopes,
+    std::size_t begin,
+    std::size_t count,
+    const fields::GradientSpans& gradients)
+{
+    for (std::size_t i = 0; i < count; ++i) {
+        gradients.x[begin + i] = slopes.alongX[i];
+        gradients.y[begin + i] = slopes.alongY[i];
+        gradients.z[begin + i] = -1;
+    }
+}
+
+void putValues(
+    const HeightSlopes& slopes,
+    std::size_t begin,
+    std::size_t count,
+    std::span<const double> z,
+    std::span<float> values)
+{
+    for (std::size_t i = 0; i < count; ++i)
+        values[begin + i] = static_cast<float>(slopes.height[i] - z[begin + i]);
 }
 
 } // namespace
@@ -36,20 +78,21 @@ ElevationField::~ElevationField() = default;
 
 void ElevationField::sample(const fields::SampleBatch& batch, std::span<float> values) const
 {
-    for (std::size_t i = 0; i < batch.size(); ++i)
-        values[i] = static_cast<float>(
-            _pyramid->height(batch.x[i], batch.y[i], radiusAt(batch, i)) - batch.z[i]);
+    HeightSlopes found;
+    forBlocks(batch, [&](std::size_t begin, const HeightPoints& points) {
+        _pyramid->heights(points, found);
+        putValues(found, begin, points.size, batch.z, values);
+    });
 }
 
 void ElevationField::gradient(
     const fields::SampleBatch& batch, fields::GradientSpans gradients) const
 {
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-        const HeightSlope slope = _pyramid->slope(batch.x[i], batch.y[i], radiusAt(batch, i));
-        gradients.x[i] = slope.alongX;
-        gradients.y[i] = slope.alongY;
-        gradients.z[i] = -1;
-    }
+    HeightSlopes found;
+    forBlocks(batch, [&](std::size_t begin, const HeightPoints& points) {
+        _pyramid->slopes(points, found);
+        putSlopes(found, begin, points.size, gradients);
+    });
 }
 
 void ElevationField::sampleWithGradient(
@@ -57,13 +100,12 @@ void ElevationField::sampleWithGradient(
     std::span<float> values,
     fields::GradientSpans gradients) const
 {
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-        const HeightSlope slope = _pyramid->slope(batch.x[i], batch.y[i], radiusAt(batch, i));
-        values[i] = static_cast<float>(slope.height - batch.z[i]);
-        gradients.x[i] = slope.alongX;
-        gradients.y[i] = slope.alongY;
-        gradients.z[i] = -1;
-    }
+    HeightSlopes found;
+    forBlocks(batch, [&](std::size_t begin, const HeightPoints& points) {
+        _pyramid->slopes(points, found);
+        putValues(found, begin, points.size, batch.z, values);
+        putSlopes(found, begin, points.size, gradients);
+    });
 }
 
 core::Interval ElevationField::bounds(const core::Box& box, core::Interval radius) const

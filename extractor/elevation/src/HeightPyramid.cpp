@@ -9,9 +9,6 @@ namespace isofront::elevation {
 
 namespace {
 
-constexpr double kPassing = 1.0 / 64; // below it the filter passes everything
-constexpr double kStopping = 3.0;     // and from here on nothing
-
 /// A value of a row of at least two, mirrored at the point where it ends (odd reflection): linear
 /// rows go on in a straight line.
 /// @param at  gives the value at 0 .. count - 1
@@ -85,76 +82,6 @@ std::vector<float> reduced(const PaddedGrid& fine)
     return result;
 }
 
-/// Where a point lies between the posts of a level.
-struct Patch {
-    const float* corner; ///< the post before the patch's first, on both axes
-    double s, t;         ///< from 0 to 1 in it
-};
-
-Patch patchOf(const PaddedGrid& grid, double u, double v)
-{
-    const int column = std::min(static_cast<int>(u), std::max(grid.columns - 2, 0));
-    const int row = std::min(static_cast<int>(v), std::max(grid.rows - 2, 0));
-    return {grid.cornerOf(column, row), u - column, v - row};
-}
-
-/// Weights of four posts in a row, between the middle two (Catmull-Rom).
-std::array<double, 4> weights(double t)
-{
-    return {
-        t * (-0.5 + t * (1 - 0.5 * t)),
-        1 + t * t * (-2.5 + 1.5 * t),
-        t * (0.5 + t * (2 - 1.5 * t)),
-        t * t * (-0.5 + 0.5 * t)};
-}
-
-/// Their derivatives.
-std::array<double, 4> slopes(double t)
-{
-    return {
-        -0.5 + t * (2 - 1.5 * t), t * (-5 + 4.5 * t), 0.5 + t * (4 - 4.5 * t), t * (-1 + 1.5 * t)};
-}
-
-double dot(const std::array<double, 4>& w, const float* posts)
-{
-    return (w[0] * double(posts[0]) + w[1] * double(posts[1])) +
-           (w[2] * double(posts[2]) + w[3] * double(posts[3]));
-}
-
-double dot(const std::array<double, 4>& w, const std::array<double, 4>& values)
-{
-    return (w[0] * values[0] + w[1] * values[1]) + (w[2] * values[2] + w[3] * values[3]);
-}
-
-std::array<double, 4>
-rowValues(const PaddedGrid& grid, const float* corner, const std::array<double, 4>& w)
-{
-    const std::size_t stride = grid.stride();
-    return {
-        dot(w, corner),
-        dot(w, corner + stride),
-        dot(w, corner + 2 * stride),
-        dot(w, corner + 3 * stride)};
-}
-
-double heightAt(const PaddedGrid& grid, double u, double v)
-{
-    const Patch patch = patchOf(grid, u, v);
-    return dot(weights(patch.t), rowValues(grid, patch.corner, weights(patch.s)));
-}
-
-/// Slopes in metres a post.
-HeightSlope slopeAt(const PaddedGrid& grid, double u, double v)
-{
-    const Patch patch = patchOf(grid, u, v);
-    const std::array<double, 4> across = weights(patch.t);
-    const std::array<double, 4> values = rowValues(grid, patch.corner, weights(patch.s));
-    return {
-        dot(across, values),
-        dot(across, rowValues(grid, patch.corner, slopes(patch.s))),
-        dot(slopes(patch.t), values)};
-}
-
 /// The greatest sum of c_k * value_k over weights that add up to 1, each within its limits.
 struct Share {
     double value;
@@ -182,28 +109,6 @@ double greatestMean(std::vector<Share>& shares)
 
 } // namespace
 
-double filterWeight(double x)
-{
-    if (!(x < kStopping))
-        return 0;
-    if (x < kPassing)
-        return 1;
-    // exp(-q) as the 16th power of its Taylor polynomial at q / 16 < 0.6
-    const double t = x * x * 0.0625;
-    double power = -1.0 / 5040;
-    power = power * t + 1.0 / 720;
-    power = power * t - 1.0 / 120;
-    power = power * t + 1.0 / 24;
-    power = power * t - 1.0 / 6;
-    power = power * t + 0.5;
-    power = power * t - 1;
-    power = power * t + 1;
-    power *= power;
-    power *= power;
-    power *= power;
-    return power * power;
-}
-
 HeightPyramid::HeightPyramid(HeightGrid grid)
     : _origin(grid.origin), _postsPerMetre(1.0 / grid.spacing),
       _lastPost(grid.columns - 1, grid.rows - 1),
@@ -222,6 +127,23 @@ HeightPyramid::HeightPyramid(HeightGrid grid)
             break;
         level = padded(columns, rows, next);
     }
+    for (const Level& made : _levels)
+        _grids.push_back(&made.grid);
+}
+
+void HeightPyramid::heights(const HeightPoints& points, HeightSlopes& out) const
+{
+    sumLevels(levels(), points, false, out);
+}
+
+void HeightPyramid::slopes(const HeightPoints& points, HeightSlopes& out) const
+{
+    sumLevels(levels(), points, true, out);
+}
+
+HeightLevels HeightPyramid::levels() const
+{
+    return {_grids, _origin, _postsPerMetre, _lastPost, _cyclesPerMetre};
 }
 
 HeightPyramid::Place HeightPyramid::placeOf(double x, double y) const
@@ -233,48 +155,6 @@ HeightPyramid::Place HeightPyramid::placeOf(double x, double y) const
     return {
         clamped((x - _origin.x) * _postsPerMetre.x, _lastPost.x),
         clamped((y - _origin.y) * _postsPerMetre.y, _lastPost.y)};
-}
-
-template <typename Visit>
-void HeightPyramid::forLevels(double radius, Visit&& visit) const
-{
-    const std::size_t last = _levels.size() - 1;
-    const double x = radius * _cyclesPerMetre;
-    double before = 0; // weight of the band before
-    double scale = 1;  // of this level's posts to the finest
-    for (std::size_t k = 0; k <= last; ++k, scale *= 0.5) {
-        const double weight = k == last ? 1.0 : filterWeight(x * scale);
-        if (weight > before)
-            visit(_levels[k].grid, weight - before, scale);
-        if (weight >= 1)
-            return;
-        before = weight;
-    }
-}
-
-double HeightPyramid::height(double x, double y, double radius) const
-{
-    const Place place = placeOf(x, y);
-    double sum = 0;
-    forLevels(radius, [&](const PaddedGrid& level, double weight, double scale) {
-        sum += weight * heightAt(level, place.u * scale, place.v * scale);
-    });
-    return sum;
-}
-
-HeightSlope HeightPyramid::slope(double x, double y, double radius) const
-{
-    const Place place = placeOf(x, y);
-    HeightSlope sum;
-    forLevels(radius, [&](const PaddedGrid& level, double weight, double scale) {
-        const HeightSlope found = slopeAt(level, place.u * scale, place.v * scale);
-        sum.height += weight * found.height;
-        sum.alongX += weight * scale * found.alongX;
-        sum.alongY += weight * scale * found.alongY;
-    });
-    sum.alongX *= _postsPerMetre.x;
-    sum.alongY *= _postsPerMetre.y;
-    return sum;
 }
 
 core::Interval HeightPyramid::heights(const core::Box& box, core::Interval radius) const
