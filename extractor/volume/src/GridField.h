@@ -1,9 +1,10 @@
 #pragma once
 
 #include "FilterBands.h"
-#include "Interpolation.h"
+#include "FilterKernel.h"
 #include "SparseBounds.h"
 #include "SparsePyramid.h"
+#include "TrilinearKernel.h"
 
 #include <isofront/core/Assert.h>
 #include <isofront/fields/Field.h>
@@ -19,9 +20,65 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace isofront::volume::detail {
+
+/// The leaves of a tree that have been asked for of late, found faster than by the tree's own
+/// accessors, which remember one at a time.
+template <typename Tree>
+class Leaves {
+public:
+    using Value = typename Tree::ValueType;
+
+    /// The voxels of 8^3, or the value that all of them have.
+    struct Leaf {
+        Coord block; ///< coordinates of its voxels, divided by 8
+        const Value* values = nullptr;
+        Value value;
+    };
+
+    explicit Leaves(const Tree& tree) : _reader(tree) {}
+
+    const Leaf& around(const Coord& voxel)
+    {
+        const Coord block = voxel >> kBlockBits;
+        const auto slot =
+            static_cast<std::size_t>((block.x() & 3) << 4 | (block.y() & 3) << 2 | (block.z() & 3));
+        Leaf& leaf = _leaves[slot];
+        const std::uint64_t bit = std::uint64_t{1} << slot;
+        if ((_known & bit) == 0 || leaf.block != block) {
+            _known |= bit;
+            leaf.block = block;
+            const auto* found = _reader.probeConstLeaf(voxel);
+            leaf.values = found != nullptr ? found->buffer().data() : nullptr;
+            if (found == nullptr)
+                leaf.value = _reader.getValue(voxel);
+        }
+        return leaf;
+    }
+
+    Value valueAt(const Coord& voxel)
+    {
+        const Leaf& leaf = around(voxel);
+        return leaf.values != nullptr ? leaf.values[offsetOf(voxel)] : leaf.value;
+    }
+
+    /// Of a voxel in its leaf.
+    static std::size_t offsetOf(const Coord& voxel)
+    {
+        constexpr int kMask = kBlockEdge - 1;
+        return static_cast<std::size_t>(
+            ((voxel.x() & kMask) << kBlockBits | (voxel.y() & kMask)) << kBlockBits |
+            (voxel.z() & kMask));
+    }
+
+private:
+    Reader<Tree> _reader;
+    std::uint64_t _known = 0; ///< which of the slots are in use
+    std::array<Leaf, 64> _leaves;
+};
 
 /// A sparse volume as a field in index space; samples and their filter as in VolumeField, but that
 /// a volume goes on beyond its box, with its background. The levels are as sparse as the volume.
@@ -37,20 +94,22 @@ public:
     void sample(const fields::SampleBatch& batch, std::span<float> values) const override
     {
         ISOFRONT_ASSERT(values.size() == batch.size(), "one value for each point");
-        std::array<double, kBlock> value;
+        Block points;
+        BlockOf<double> value;
+        const std::array<std::span<const double>, 3> given = {batch.x, batch.y, batch.z};
         for (std::size_t begin = 0; begin < batch.size(); begin += kBlock) {
-            const std::size_t count = std::min(kBlock, batch.size() - begin);
-            const fields::SampleBatch block{
-                batch.x.subspan(begin, count),
-                batch.y.subspan(begin, count),
-                batch.z.subspan(begin, count),
-                batch.radius.empty() ? batch.radius : batch.radius.subspan(begin, count)};
+            points.size = std::min(kBlock, batch.size() - begin);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                std::copy_n(
+                    given[axis].data() + begin, points.size, points.coordinate[axis].data());
+            const auto radii =
+                batch.radius.empty() ? batch.radius : batch.radius.subspan(begin, points.size);
             const auto isFiltered = [](double radius) { return radius > kPlainRadius; };
-            if (std::ranges::any_of(block.radius, isFiltered))
-                sampleFiltered(block, value.data());
+            if (std::ranges::any_of(radii, isFiltered))
+                sampleFiltered(points, radii.data(), value);
             else
-                sampleTree(_grid->tree(), 1.0, block, value.data());
-            for (std::size_t i = 0; i < count; ++i)
+                sampleTree(_grid->tree(), 1.0, points, nullptr, value);
+            for (std::size_t i = 0; i < points.size; ++i)
                 values[begin + i] = static_cast<float>(_sign * value[i]);
         }
     }
@@ -92,8 +151,6 @@ public:
     }
 
 private:
-    static constexpr std::size_t kBlock = 64;
-
     /// Builds the levels on the first call.
     const SparsePyramid& pyramid() const
     {
@@ -105,119 +162,88 @@ private:
     }
 
     /// A block of points, some of which are filtered; without the sign.
-    void sampleFiltered(const fields::SampleBatch& block, double* out) const
+    void sampleFiltered(const Block& points, const double* radii, BlockOf<double>& out) const
     {
-        const std::size_t count = block.size();
-        std::array<LevelWeights, kBlock> weights;
-        int first = _top;
-        int end = 0;
-        for (std::size_t i = 0; i < count; ++i) {
-            weights[i] = levelWeights(block.radius[i], _top);
-            first = std::min(first, weights[i].first);
-            end = std::max(end, weights[i].first + weights[i].count);
-        }
-        for (int level = first; level < end; ++level) {
-            std::array<double, kBlock> x;
-            std::array<double, kBlock> y;
-            std::array<double, kBlock> z;
-            std::array<double, kBlock> value;
-            std::array<std::size_t, kBlock> index;
-            std::size_t size = 0;
-            for (std::size_t i = 0; i < count; ++i) {
-                const int place = level - weights[i].first;
-                if (place < 0 || place >= weights[i].count)
-                    continue;
-                x[size] = block.x[i];
-                y[size] = block.y[i];
-                z[size] = block.z[i];
-                index[size++] = i;
-            }
-            const fields::SampleBatch chosen{
-                std::span(x).first(size), std::span(y).first(size), std::span(z).first(size)};
+        BlockWeights weights;
+        weighLevels(radii, points.size, _top, weights);
+        out.fill(-0.0); // to which adding keeps the sign of zeros
+        BlockOf<double> value;
+        for (int level = weights.first; level < weights.end; ++level) {
+            const double* const row = weights.rows[static_cast<std::size_t>(level)].data();
             if (level == 0)
-                sampleTree(_grid->tree(), 1.0, chosen, value.data());
+                sampleTree(_grid->tree(), 1.0, points, row, value);
             else
                 sampleTree(
-                    *pyramid().level(level).tree,
-                    pyramid().level(level).scale,
-                    chosen,
-                    value.data());
-            for (std::size_t j = 0; j < size; ++j) {
-                const LevelWeights& own = weights[index[j]];
-                double& total = out[index[j]];
-                const auto place = static_cast<std::size_t>(level - own.first);
-                const double part = own.weight[place] * value[j];
-                total = place == 0 ? part : total + part; // 0 + x would lose the sign of -0
-            }
+                    *pyramid().level(level).tree, pyramid().level(level).scale, points, row, value);
+            for (std::size_t i = 0; i < points.size; ++i)
+                if (row[i] > 0)
+                    out[i] += row[i] * value[i];
         }
     }
 
     /// Trilinear interpolation between the nodes of the voxels or of a level.
+    /// @param weights  null: all points count; else those with a weight above zero, and values of
+    ///                 others mean nothing
     template <typename Tree>
-    void
-    sampleTree(const Tree& tree, double scale, const fields::SampleBatch& block, double* out) const
+    void sampleTree(
+        const Tree& tree,
+        double scale,
+        const Block& points,
+        const double* weights,
+        BlockOf<double>& out) const
     {
-        using Value = typename Tree::ValueType;
-        const Reader<Tree> reader(tree);
-        const openvdb::Vec3d low = _box.min().asVec3d();
-        const openvdb::Vec3d high = _box.max().asVec3d();
-        std::array<double, 8> corner{}; // z fastest, as in a leaf
-        for (std::size_t i = 0; i < block.size(); ++i) {
-            const double x = scale * clampedTo(low.x(), high.x(), block.x[i]);
-            const double y = scale * clampedTo(low.y(), high.y(), block.y[i]);
-            const double z = scale * clampedTo(low.z(), high.z(), block.z[i]);
-            const Coord cell(floored(x), floored(y), floored(z));
-            gather(reader, cell, corner);
-            const double tx = x - cell.x();
-            const double ty = y - cell.y();
-            const double tz = z - cell.z();
-            const double near = mixed<Value>(
-                mixed<Value>(corner[0], corner[4], tx), mixed<Value>(corner[2], corner[6], tx), ty);
-            const double far = mixed<Value>(
-                mixed<Value>(corner[1], corner[5], tx), mixed<Value>(corner[3], corner[7], tx), ty);
-            out[i] = mixed<Value>(near, far, tz);
-        }
-    }
-
-    static int floored(double coordinate)
-    {
-        const int truncated = static_cast<int>(coordinate);
-        return truncated > coordinate ? truncated - 1 : truncated;
+        std::array<CellPlaces, 3> places;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            placeInCells(
+                points.coordinate[axis],
+                points.size,
+                _box.min()[axis],
+                _box.max()[axis],
+                scale,
+                places[axis]);
+        CellCorners corners;
+        Leaves<Tree> leaves(tree);
+        for (std::size_t i = 0; i < points.size; ++i)
+            if (weights == nullptr || weights[i] > 0)
+                lookUp(
+                    leaves,
+                    Coord(places[0].cell[i], places[1].cell[i], places[2].cell[i]),
+                    i,
+                    corners);
+        interpolateCells(
+            corners,
+            places[0],
+            places[1],
+            places[2],
+            points.size,
+            std::is_floating_point_v<typename Tree::ValueType>,
+            out);
     }
 
     /// The eight voxels of a cell. Two cells in three lie within one leaf.
     template <typename Tree>
-    static void gather(const Reader<Tree>& reader, Coord cell, std::array<double, 8>& corner)
+    static void lookUp(Leaves<Tree>& leaves, const Coord& cell, std::size_t i, CellCorners& corners)
     {
         constexpr int kMask = kBlockEdge - 1;
-        const int x = cell.x() & kMask;
-        const int y = cell.y() & kMask;
-        const int z = cell.z() & kMask;
-        if (x < kMask && y < kMask && z < kMask) {
-            const auto* leaf = reader.probeConstLeaf(cell);
-            if (leaf == nullptr) {
-                corner.fill(static_cast<double>(reader.getValue(cell)));
-                return;
-            }
-            constexpr int kRow = kBlockEdge;
-            constexpr int kSlice = kBlockEdge * kBlockEdge;
-            const auto* first = leaf->buffer().data() + x * kSlice + y * kRow + z;
-            corner = {
-                static_cast<double>(first[0]),
-                static_cast<double>(first[1]),
-                static_cast<double>(first[kRow]),
-                static_cast<double>(first[kRow + 1]),
-                static_cast<double>(first[kSlice]),
-                static_cast<double>(first[kSlice + 1]),
-                static_cast<double>(first[kSlice + kRow]),
-                static_cast<double>(first[kSlice + kRow + 1])};
+        const bool isWithin =
+            (cell.x() & kMask) < kMask && (cell.y() & kMask) < kMask && (cell.z() & kMask) < kMask;
+        if (!isWithin) {
+            for (int k = 0; k < 8; ++k)
+                corners[static_cast<std::size_t>(k)][i] =
+                    static_cast<double>(leaves.valueAt(cell.offsetBy(k & 1, k >> 1 & 1, k >> 2)));
             return;
         }
-        for (std::size_t i = 0; i < 8; ++i)
-            corner[i] = static_cast<double>(reader.getValue(cell.offsetBy(
-                static_cast<int>(i >> 2U & 1U),
-                static_cast<int>(i >> 1U & 1U),
-                static_cast<int>(i & 1U))));
+        const auto& leaf = leaves.around(cell);
+        if (leaf.values == nullptr) {
+            for (BlockOf<double>& corner : corners)
+                corner[i] = static_cast<double>(leaf.value);
+            return;
+        }
+        const auto* const first = leaf.values + Leaves<Tree>::offsetOf(cell);
+        for (std::size_t k = 0; k < 8; ++k) // z is fastest in a leaf
+            corners[k][i] = static_cast<double>(
+                first
+                    [(k & 1U) * kBlockEdge * kBlockEdge + (k >> 1U & 1U) * kBlockEdge + (k >> 2U)]);
     }
 
     typename Grid::ConstPtr _grid;

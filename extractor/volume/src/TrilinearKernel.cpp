@@ -47,19 +47,19 @@ HWY_INLINE void forGroups(const Groups& groups, std::size_t lanes, const Visit& 
                 visit(i);
 }
 
-/// Where points lie along one axis.
+/// Where points lie along one axis of a grid.
 template <typename Number>
-struct CellPlaces {
+struct GridPlaces {
     BlockOf<std::int32_t> cell;
     BlockOf<Number> t; ///< within the cell, 0 at its low and 1 at its high node
 };
 
 template <typename Number>
-HWY_INLINE void placeInCells(
+HWY_INLINE void placeInGrid(
     const AxisCells& axis,
     const BlockOf<double>& coordinates,
     const Groups& groups,
-    CellPlaces<Number>& out)
+    GridPlaces<Number>& out)
 {
     const Doubles d;
     const HalfIntegers whole;
@@ -286,11 +286,24 @@ HWY_INLINE V between(Tag d, V a, V b, V t)
         return mixed;
 }
 
+/// Along x, then y, then z.
+/// @param nodeAt  gives the node at a corner, by 4 z + 2 y + x
+template <bool kIsGuarded, typename Tag, typename NodeAt, typename V>
+HWY_INLINE V interpolated(Tag d, const NodeAt& nodeAt, V x, V y, V z)
+{
+    const auto alongX = [&](std::size_t k) HWY_ATTR {
+        return between<kIsGuarded>(d, nodeAt(k), nodeAt(k + 1), x);
+    };
+    const V low = between<kIsGuarded>(d, alongX(0), alongX(2), y);
+    const V high = between<kIsGuarded>(d, alongX(4), alongX(6), y);
+    return between<kIsGuarded>(d, low, high, z);
+}
+
 /// Samples one grid at one block of points.
 template <typename Nodes, typename Number>
 class Sampler {
 public:
-    using Places = CellPlaces<Number>;
+    using Places = GridPlaces<Number>;
 
     Sampler(const NodeGrid& grid, const Groups& groups)
         : _grid(grid), _groups(groups), _stepY(grid.size.y > 1 ? grid.row : 0),
@@ -300,7 +313,7 @@ public:
 
     HWY_INLINE void place(std::size_t axis, const BlockOf<double>& coordinates, Places& out) const
     {
-        placeInCells(_grid.axes[axis], coordinates, _groups, out);
+        placeInGrid(_grid.axes[axis], coordinates, _groups, out);
     }
 
     HWY_INLINE void
@@ -311,15 +324,13 @@ public:
             lookUpEach(x.cell, y.cell, z.cell, rows);
         const hn::CappedTag<Number, kGroup> d;
         forGroups(_groups, hn::Lanes(d), [&](std::size_t i) HWY_ATTR {
-            const auto tx = hn::LoadU(d, &x.t[i]);
-            const auto ty = hn::LoadU(d, &y.t[i]);
-            const auto alongX = [&](std::size_t row) HWY_ATTR {
-                return between<Nodes::kIsGuarded>(
-                    d, Nodes::left(d, rows[row], i), Nodes::right(d, rows[row], i), tx);
+            const auto nodeAt = [&](std::size_t k) HWY_ATTR {
+                const auto& row = rows[k / 2];
+                return k % 2 == 0 ? Nodes::left(d, row, i) : Nodes::right(d, row, i);
             };
-            const auto low = between<Nodes::kIsGuarded>(d, alongX(0), alongX(1), ty);
-            const auto high = between<Nodes::kIsGuarded>(d, alongX(2), alongX(3), ty);
-            hn::StoreU(between<Nodes::kIsGuarded>(d, low, high, hn::LoadU(d, &z.t[i])), d, &out[i]);
+            const auto value = interpolated<Nodes::kIsGuarded>(
+                d, nodeAt, hn::LoadU(d, &x.t[i]), hn::LoadU(d, &y.t[i]), hn::LoadU(d, &z.t[i]));
+            hn::StoreU(value, d, &out[i]);
         });
     }
 
@@ -409,7 +420,7 @@ HWY_INLINE void forProbes(
     const Take& take)
 {
     const Sampler<Nodes, Number> sampler(grid, groups);
-    std::array<CellPlaces<Number>, 3> places;
+    std::array<GridPlaces<Number>, 3> places;
     for (std::size_t axis = 0; axis < 3; ++axis)
         sampler.place(axis, points.coordinate[axis], places[axis]);
     BlockOf<Number> values;
@@ -424,7 +435,7 @@ HWY_INLINE void forProbes(
         BlockOf<double> moved;
         for (std::size_t i = 0; i < kBlock; ++i)
             moved[i] = points.coordinate[axis][i] + (k % 2 == 0 ? points.step[i] : -points.step[i]);
-        CellPlaces<Number> place;
+        GridPlaces<Number> place;
         sampler.place(axis, moved, place);
         sampler.sample(
             axis == 0 ? place : places[0],
@@ -510,7 +521,67 @@ HWY_INLINE void withNodes(NodeType type, const Call& call)
     }
 }
 
+template <bool kIsGuarded>
+void interpolateCellsOf(
+    const CellCorners& corners,
+    const CellPlaces& x,
+    const CellPlaces& y,
+    const CellPlaces& z,
+    std::size_t count,
+    BlockOf<double>& out)
+{
+    const Doubles d;
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto nodeAt = [&](std::size_t k) HWY_ATTR { return hn::LoadU(d, &corners[k][i]); };
+        const Reals value = interpolated<kIsGuarded>(
+            d, nodeAt, hn::LoadU(d, &x.t[i]), hn::LoadU(d, &y.t[i]), hn::LoadU(d, &z.t[i]));
+        hn::StoreU(value, d, &out[i]);
+    }
+}
+
 } // namespace
+
+void placeInCellsOn(
+    const BlockOf<double>& coordinates,
+    std::size_t count,
+    double low,
+    double high,
+    double scale,
+    CellPlaces& out)
+{
+    const Doubles d;
+    const HalfIntegers whole;
+    const Reals least = hn::Set(d, low);
+    const Reals most = hn::Set(d, high);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const Reals given = hn::LoadU(d, &coordinates[i]);
+        const Reals below = hn::IfThenElse(hn::Lt(given, most), given, most);
+        const Reals inside = hn::IfThenElse(hn::Gt(given, least), below, least); // NaN is not above
+        const Reals position = hn::Mul(hn::Set(d, scale), inside);
+        // truncated towards zero, and then floored
+        const Reals truncated = hn::PromoteTo(d, hn::DemoteTo(whole, position));
+        const Reals one = hn::Set(d, 1.0);
+        const Reals cell =
+            hn::IfThenElse(hn::Gt(truncated, position), hn::Sub(truncated, one), truncated);
+        hn::StoreU(hn::DemoteTo(whole, cell), whole, &out.cell[i]);
+        hn::StoreU(hn::Sub(position, cell), d, &out.t[i]);
+    }
+}
+
+void interpolateCellsOn(
+    const CellCorners& corners,
+    const CellPlaces& x,
+    const CellPlaces& y,
+    const CellPlaces& z,
+    std::size_t count,
+    bool isGuarded,
+    BlockOf<double>& out)
+{
+    if (isGuarded)
+        interpolateCellsOf<true>(corners, x, y, z, count, out);
+    else
+        interpolateCellsOf<false>(corners, x, y, z, count, out);
+}
 
 void probeOn(const NodeGrid& grid, const Block& points, const Probes& probes, Probed& values)
 {
@@ -536,8 +607,33 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace isofront::volume::detail {
 
+HWY_EXPORT(placeInCellsOn);
+HWY_EXPORT(interpolateCellsOn);
 HWY_EXPORT(probeOn);
 HWY_EXPORT(addProbedOn);
+
+void placeInCells(
+    const BlockOf<double>& coordinates,
+    std::size_t count,
+    double low,
+    double high,
+    double scale,
+    CellPlaces& out)
+{
+    HWY_DYNAMIC_DISPATCH(placeInCellsOn)(coordinates, count, low, high, scale, out);
+}
+
+void interpolateCells(
+    const CellCorners& corners,
+    const CellPlaces& x,
+    const CellPlaces& y,
+    const CellPlaces& z,
+    std::size_t count,
+    bool isGuarded,
+    BlockOf<double>& out)
+{
+    HWY_DYNAMIC_DISPATCH(interpolateCellsOn)(corners, x, y, z, count, isGuarded, out);
+}
 
 void probe(const NodeGrid& grid, const Block& points, const Probes& probes, Probed& values)
 {

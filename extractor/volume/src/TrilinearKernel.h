@@ -99,10 +99,40 @@ struct Probes {
 /// Values at a block's points, for each probe. Entries from the block's size on mean nothing.
 using Probed = std::array<BlockOf<double>, kProbes>;
 
-// Both interpolate along x, then y, then z, in an order of operations that is part of the contract
+// All interpolate along x, then y, then z, in an order of operations that is part of the contract
 // of samples: `a + t * (b - a)` each. A floating-point node of weight zero has no influence even if
 // it isn't finite. They run on the best instruction set of the machine, with the same bits on all
 // of them.
+
+/// Where points lie along one axis of an unbounded lattice of nodes.
+struct CellPlaces {
+    BlockOf<std::int32_t> cell;
+    BlockOf<double> t; ///< within the cell, from 0 to below 1
+};
+
+/// Places coordinates that are clamped to [low, high], NaN to `low`, and then multiplied by
+/// `scale`. Entries of `out` from `count` on mean nothing.
+void placeInCells(
+    const BlockOf<double>& coordinates,
+    std::size_t count,
+    double low,
+    double high,
+    double scale,
+    CellPlaces& out);
+
+/// Nodes at the corners of cells, by 4 z + 2 y + x.
+using CellCorners = std::array<BlockOf<double>, 8>;
+
+/// Interpolates between nodes that have been looked up elsewhere.
+/// @param isGuarded  they are floating-point
+void interpolateCells(
+    const CellCorners& corners,
+    const CellPlaces& x,
+    const CellPlaces& y,
+    const CellPlaces& z,
+    std::size_t count,
+    bool isGuarded,
+    BlockOf<double>& out);
 
 /// Samples a grid of numbers, in double.
 void probe(const NodeGrid& grid, const Block& points, const Probes& probes, Probed& values);
