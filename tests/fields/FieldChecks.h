@@ -1,11 +1,12 @@
 #pragma once
 
+#include "support/SameBits.h"
+
 #include <isofront/fields/Field.h>
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -101,13 +102,7 @@ inline Gradients gradientsOf(const Field& field, const SampleBatch& batch)
     return gradients;
 }
 
-inline std::size_t differingBits(const std::vector<float>& a, const std::vector<float>& b)
-{
-    std::size_t count = a.size() == b.size() ? 0U : 1U;
-    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-        count += std::bit_cast<std::uint32_t>(a[i]) != std::bit_cast<std::uint32_t>(b[i]) ? 1U : 0U;
-    return count;
-}
+using tests::differingBits;
 
 /// Runs the body once for each instruction set that this machine has and the library was built for,
 /// from the best to plain scalar code.

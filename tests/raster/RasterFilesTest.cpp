@@ -1,4 +1,5 @@
 #include "support/FileBytes.h"
+#include "support/NumberTypes.h"
 #include "support/Random.h"
 #include "support/TemporaryFolder.h"
 
@@ -53,18 +54,7 @@ protected:
     tests::TemporaryFolder folder;
 };
 
-using Types = testing::Types<
-    std::int8_t,
-    std::uint8_t,
-    std::int16_t,
-    std::uint16_t,
-    std::int32_t,
-    std::uint32_t,
-    std::int64_t,
-    std::uint64_t,
-    float,
-    double>;
-TYPED_TEST_SUITE(TiffOf, Types);
+TYPED_TEST_SUITE(TiffOf, tests::SampleTypes);
 
 TYPED_TEST(TiffOf, isReadInStripsAndTilesPackedAndPlainInBothByteOrders)
 {

@@ -1,67 +1,14 @@
 #include "volume/Files.h"
 
-#include <unistd.h>
-#include <zlib.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <stdexcept>
 
 namespace isofront::test {
 
-TemporaryFolder::TemporaryFolder()
-{
-    static std::atomic<int> count = 0;
-    _path = std::filesystem::temp_directory_path() /
-            ("isofront-volume-" + std::to_string(getpid()) + "-" + std::to_string(count++));
-    std::filesystem::create_directories(_path);
-}
-
-TemporaryFolder::~TemporaryFolder()
-{
-    std::error_code ignored;
-    std::filesystem::remove_all(_path, ignored);
-}
-
-std::filesystem::path TemporaryFolder::file(const std::string& name, const std::string& bytes) const
-{
-    std::ofstream stream(_path / name, std::ios::binary);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    return _path / name;
-}
-
-namespace {
-
-std::string deflated(const std::string& bytes, int windowBits)
-{
-    z_stream stream{};
-    if (deflateInit2(&stream, 6, Z_DEFLATED, windowBits, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-        throw std::runtime_error("zlib failed");
-    std::string packed(bytes.size() + 1024, '\0');
-    std::string source = bytes;
-    stream.next_in = reinterpret_cast<Bytef*>(source.data());
-    stream.avail_in = static_cast<uInt>(source.size());
-    stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-    stream.avail_out = static_cast<uInt>(packed.size());
-    deflate(&stream, Z_FINISH);
-    packed.resize(stream.total_out);
-    deflateEnd(&stream);
-    return packed;
-}
-
-} // namespace
-
-std::string gzipped(const std::string& bytes)
-{
-    return deflated(bytes, MAX_WBITS + 16);
-}
-
 std::string zlibbed(const std::string& bytes)
 {
-    return deflated(bytes, MAX_WBITS);
+    return tests::deflated(bytes);
 }
 
 std::string nrrdHeader(

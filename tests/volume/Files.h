@@ -1,5 +1,8 @@
 #pragma once
 
+#include "support/FileBytes.h"
+#include "support/TemporaryFolder.h"
+
 #include <isofront/core/Box.h>
 #include <isofront/fields/Field.h>
 
@@ -7,7 +10,6 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <random>
 #include <span>
@@ -16,32 +18,9 @@
 
 namespace isofront::test {
 
-/// A folder of its own, gone at the end of the test.
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    ~TemporaryFolder();
-
-    /// Writes a file with these bytes and returns its path.
-    [[nodiscard]] std::filesystem::path
-    file(const std::string& name, const std::string& bytes) const;
-    [[nodiscard]] std::filesystem::path path(const std::string& name) const { return _path / name; }
-
-private:
-    std::filesystem::path _path;
-};
-
-template <typename T>
-std::string bytesOf(const std::vector<T>& values)
-{
-    std::string bytes(values.size() * sizeof(T), '\0');
-    std::memcpy(bytes.data(), values.data(), bytes.size());
-    return bytes;
-}
-
-std::string gzipped(const std::string& bytes);
+using tests::bytesOf;
+using tests::gzipped;
+using tests::TemporaryFolder;
 std::string zlibbed(const std::string& bytes);
 
 /// The text of an NRRD header with its blank line; `extra` is lines of further fields.

@@ -2,6 +2,7 @@
 #include "FilterKernel.h"
 #include "LevelAxis.h"
 #include "fields/FieldChecks.h"
+#include "support/NumberTypes.h"
 #include "support/Random.h"
 #include "volume/Files.h"
 
@@ -325,16 +326,7 @@ public:
                                         : sizeof(T) == 2 ? 2.0 / 65535
                                                          : 4e-7;
 };
-using VoxelTypes = testing::Types<
-    std::int8_t,
-    std::uint8_t,
-    std::int16_t,
-    std::uint16_t,
-    std::int32_t,
-    std::uint32_t,
-    float,
-    double>;
-TYPED_TEST_SUITE(PyramidOf, VoxelTypes);
+TYPED_TEST_SUITE(PyramidOf, tests::VoxelTypes);
 
 TYPED_TEST(PyramidOf, agreesWithASlowTwinOnVolumesOfAnySize)
 {

@@ -1,6 +1,7 @@
 #include "DenseVoxels.h"
 #include "TiffVolume.h"
 #include "support/FileBytes.h"
+#include "support/NumberTypes.h"
 #include "support/Random.h"
 #include "support/TemporaryFolder.h"
 #include "volume/Files.h"
@@ -86,18 +87,7 @@ protected:
     }
     tests::TemporaryFolder folder;
 };
-using Types = testing::Types<
-    std::int8_t,
-    std::uint8_t,
-    std::int16_t,
-    std::uint16_t,
-    std::int32_t,
-    std::uint32_t,
-    std::int64_t,
-    std::uint64_t,
-    float,
-    double>;
-TYPED_TEST_SUITE(StackOf, Types);
+TYPED_TEST_SUITE(StackOf, tests::SampleTypes);
 
 TYPED_TEST(StackOf, rawNumbersIsReadInEitherByteOrderPlainAndGzipped)
 {

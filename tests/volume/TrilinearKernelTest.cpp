@@ -1,4 +1,5 @@
 #include "fields/FieldChecks.h"
+#include "support/NumberTypes.h"
 #include "support/Random.h"
 
 #include <isofront/volume/VolumeField.h>
@@ -24,16 +25,7 @@ template <typename T>
 class TrilinearKernel : public testing::Test {
 };
 
-using Types = testing::Types<
-    std::int8_t,
-    std::uint8_t,
-    std::int16_t,
-    std::uint16_t,
-    std::int32_t,
-    std::uint32_t,
-    float,
-    double>;
-TYPED_TEST_SUITE(TrilinearKernel, Types);
+TYPED_TEST_SUITE(TrilinearKernel, tests::VoxelTypes);
 
 template <typename T>
 std::shared_ptr<const T[]> randomVoxels(std::mt19937_64& generator, std::size_t count)

@@ -1,3 +1,4 @@
+#include "support/NumberTypes.h"
 #include "volume/Files.h"
 
 #include <isofront/volume/VolumeField.h>
@@ -47,16 +48,7 @@ std::vector<T> randomVoxels(glm::ivec3 size, std::uint32_t seed)
 template <typename T>
 class VolumeFieldOf : public testing::Test {
 };
-using VoxelTypes = testing::Types<
-    std::int8_t,
-    std::uint8_t,
-    std::int16_t,
-    std::uint16_t,
-    std::int32_t,
-    std::uint32_t,
-    float,
-    double>;
-TYPED_TEST_SUITE(VolumeFieldOf, VoxelTypes);
+TYPED_TEST_SUITE(VolumeFieldOf, tests::VoxelTypes);
 
 TYPED_TEST(VolumeFieldOf, givesTheVoxelAtItsCentre)
 {
