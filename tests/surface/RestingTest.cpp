@@ -163,6 +163,10 @@ TEST(Resting, givesBackMemoryAfterManyTeleports)
             eye = glm::dvec3(0);
         host.apply(surface.update(viewFrom(eye), {.milliseconds = 0.5}));
         ASSERT_LE(surface.stats().cacheBytes, options.cacheBytes);
+        ASSERT_LT(surface.stats().totalBytes, 64U << 20U);
+        if (i % 50 == 0) {
+            ASSERT_EQ(host.cracks(), 0U) << "teleport " << i;
+        }
     }
     settleInto(surface, host, home);
     EXPECT_EQ(idsOf(host), before);

@@ -11,8 +11,11 @@ namespace isofront::surface {
 /// do now; nothing if everything else goes its way.
 std::optional<Delta> Surface::Impl::change()
 {
-    if (_whole && !_whole->isQuiet())
+    if (_whole && !_whole->isQuiet()) {
+        if (_whole->hasTarget() && jumpsElsewhere())
+            _whole->abort();
         return Delta{};
+    }
     if (_beginsToMeasure)
         beginMeasuring();
     if (_whole) {
@@ -20,7 +23,7 @@ std::optional<Delta> Surface::Impl::change()
         const bool isAborted = whole->isAborted();
         const int levels = levelsTooFine(*whole);
         if (!isAborted && levels == 0) {
-            Delta delta = takeOver(*whole);
+            Delta delta = whole->hasTarget() ? takeOverJump(*whole) : takeOver(*whole);
             discard(std::move(whole));
             return delta;
         }
@@ -95,7 +98,7 @@ int Surface::Impl::levelsTooFine(const WholeSurface& whole) const
     return levels;
 }
 
-void Surface::Impl::startWhole(int coarser)
+void Surface::Impl::startWhole(int coarser, const hierarchy::Front* target)
 {
     WholeSurface::Sources sources;
     sources.extractor = _extractor;
@@ -105,6 +108,7 @@ void Surface::Impl::startWhole(int coarser)
     sources.cache = &_cache;
     sources.bounds = _bounds.get();
     sources.coarser = coarser;
+    sources.target = target;
     for (const FormerMeshes& former : _retired)
         if (former.isovalue() == _isovalue)
             sources.former.push_back(&former);
@@ -131,13 +135,7 @@ Delta Surface::Impl::takeOver(WholeSurface& whole)
     _meshes = std::move(result.meshes);
     discard(std::exchange(_shown, std::move(result.shown)));
     _shownIsovalue = _isovalue;
-    _stats.triangles = result.triangles;
-    _stats.meshBytes = result.meshBytes;
-    _stats.cellsExtracted += result.cellsExtracted;
-    _stats.cellsSkipped += result.cellsSkipped;
-    _stats.cellsFromCache += result.cellsFromCache;
-    _stats.samples += result.samples;
-    _stats.sanitisedSamples += result.sanitisedSamples;
+    count(result);
 
     // Where the surface is now, the front goes on from what is shown.
     discard(std::exchange(
@@ -161,9 +159,11 @@ void Surface::Impl::forgetWork()
     discard(std::exchange(_operations, {}));
     discard(std::exchange(_owner, {}));
     _arrived.clear();
+    _held.clear();
     _ready.clear();
     _blocked.clear();
     _merges = 0;
+    _waiting = 0;
     _flightBytes = 0;
     _trial = Trial::none;
 }

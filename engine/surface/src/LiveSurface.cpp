@@ -109,7 +109,10 @@ Delta Surface::Impl::update(const hierarchy::View& view, const UpdateBudget& bud
     receive(delta, after(0.8));
     commitReady(delta, after(1.0));
     watchCeilings();
-    return finish(delta);
+    Delta result = finish(delta);
+    if (isJumping() && _refinement.isSettled())
+        startJump();
+    return result;
 }
 
 void Surface::Impl::setIsovalue(double isovalue)
@@ -262,6 +265,8 @@ void Surface::Impl::refine(Requests& requests, Clock::time_point deadline)
 /// Asks for those cells that are still waited for: what was planned may have been dropped.
 void Surface::Impl::request(Requests& requests)
 {
+    if (holdsBack(requests))
+        return;
     std::erase_if(requests, [&](const ExtractionQueue::Request& wanted) {
         return !_owner.contains(wanted.id) && !(_rest && _rest->measured.contains(wanted.id)) &&
                std::ranges::find(_rootMissing, wanted.id) == _rootMissing.end();
@@ -318,6 +323,12 @@ void Surface::Impl::plan(const hierarchy::FrontChange& change, double urgency, R
     if (operation.missing == 0)
         _ready.push_back(change.diamond);
     _merges += operation.split ? 0U : 1U;
+    for (const LatticePoint& before :
+         operation.split ? parentsOf(Diamond(change.diamond)) : childrenOf(Diamond(change.diamond)))
+        if (const auto found = _operations.find(before);
+            found != _operations.end() && found->second.split == operation.split)
+            operation.waits = true;
+    _waiting += operation.waits ? 1U : 0U;
     _operations.emplace(change.diamond, std::move(operation));
 }
 
@@ -336,6 +347,7 @@ void Surface::Impl::drop(Operations::iterator found)
     }
     _stats.cellsCancelled += cancelled.size();
     _merges -= operation.split ? 0U : 1U;
+    _waiting -= operation.waits ? 1U : 0U;
     _queue.cancel(cancelled);
     _operations.erase(found);
 }
@@ -490,6 +502,7 @@ void Surface::Impl::commit(const LatticePoint& centre, Operation operation, Delt
         show(operation.cells[i], std::move(operation.meshes[i]), delta);
     }
     _merges -= operation.split ? 0U : 1U;
+    _waiting -= operation.waits ? 1U : 0U;
     for (const LatticePoint& next :
          operation.split ? childrenOf(Diamond(centre)) : parentsOf(Diamond(centre)))
         if (_operations.contains(next))
@@ -566,6 +579,17 @@ void Surface::Impl::count(const extractor::CellMesh& mesh)
         ++_stats.cellsExtracted;
     _stats.samples += mesh.stats.samples;
     _stats.sanitisedSamples += mesh.stats.sanitisedSamples;
+}
+
+void Surface::Impl::count(const WholeSurface::Result& result)
+{
+    _stats.triangles = result.triangles;
+    _stats.meshBytes = result.meshBytes;
+    _stats.cellsExtracted += result.cellsExtracted;
+    _stats.cellsSkipped += result.cellsSkipped;
+    _stats.cellsFromCache += result.cellsFromCache;
+    _stats.samples += result.samples;
+    _stats.sanitisedSamples += result.sanitisedSamples;
 }
 
 /// Keeps what a change of the isovalue has left.

@@ -61,6 +61,7 @@ private:
         std::vector<CellMeshPointer> meshes; ///< as long as `cells`; null while missing
         std::size_t missing = 0;
         double urgency = 0;
+        bool waits = false; ///< when it was planned, for another that leads the same way
     };
     using Operations = std::unordered_map<LatticePoint, Operation, LatticePointHash>;
 
@@ -108,6 +109,7 @@ private:
     CellMeshPointer fromCache(const CellId& id);
     void measure(const CellId& id, const extractor::CellMesh& mesh);
     void count(const extractor::CellMesh& mesh);
+    void count(const WholeSurface::Result& result);
     void retire(FormerMeshes former);
     void retireSome(Clock::time_point deadline);
     void boundRetired();
@@ -127,12 +129,20 @@ private:
 
     // Changing.cpp: another isovalue
     std::optional<Delta> change();
-    void startWhole(int coarser);
+    void startWhole(int coarser, const hierarchy::Front* target = nullptr);
+    Delta takeOverJump(WholeSurface& whole);
     void giveUp(std::shared_ptr<WholeSurface> whole);
     [[nodiscard]] int firstCoarser() const;
     [[nodiscard]] int levelsTooFine(const WholeSurface& whole) const;
     Delta takeOver(WholeSurface& whole);
     void forgetWork();
+
+    // Jumping.cpp
+    [[nodiscard]] bool isJumping() const;
+    bool holdsBack(Requests& requests);
+    void retireOperations();
+    void startJump();
+    [[nodiscard]] bool jumpsElsewhere() const;
 
     // Resting.cpp
     void rest(Requests& requests, Clock::time_point deadline);
@@ -161,6 +171,7 @@ private:
     std::deque<FormerMeshes> _retired; ///< on their way to the cache, the oldest first
     std::size_t _retiredBytes = 0;
     Operations _operations;
+    std::size_t _waiting = 0;                                    ///< operations that do
     std::size_t _merges = 0;                                     ///< of the operations
     std::size_t _flightBytes = 0;                                ///< of meshes that operations hold
     std::unordered_map<CellId, LatticePoint, CellIdHash> _owner; ///< of cells asked for
@@ -188,6 +199,10 @@ private:
     /// The operations were forgotten: until a whole surface is taken over, the wanted front is not
     /// what they would make of the shown one.
     bool _frontsApart = false;
+    Requests _held;                ///< kept back
+    int _heldBack = 0;             ///< updates in a row, until the wanted front was settled
+    glm::dvec3 _jumpEye{0.0};      ///< where the viewer was when the jump began
+    double _jumpReach = 0;         ///< within which the finest detail of the jump is of use [world]
     bool _beginsToMeasure = false; ///< errors of cells, as soon as no whole surface is under way
     SurfaceStats _stats;
     std::uint64_t _version = 0;

@@ -14,19 +14,25 @@ namespace {
 /// Cells that a worker takes at a time, so that neighbours share what is in its cache.
 constexpr std::size_t kBlock = 16;
 
-/// Merges the finest places until there are so many times fewer cells as a surface that is coarser
-/// by so many levels would have.
-void coarsen(hierarchy::Front& front, int levels)
+/// Merges the finest places until there are so many times fewer splits as in a surface that is
+/// coarser by so many levels.
+/// @param kept  what is split in it stays so, and doesn't count
+void coarsen(hierarchy::Front& front, int levels, const hierarchy::Front& kept)
 {
-    const double most = static_cast<double>(front.cellCount()) * core::twoToThirds(-2 * levels);
-    while (static_cast<double>(front.cellCount()) > std::max(most, 6.0)) {
+    std::size_t extra = 0;
+    front.forEachDiamond([&](const hierarchy::LatticePoint& centre) {
+        extra += front.isSplit(centre) && !kept.isSplit(centre) ? 1U : 0U;
+    });
+    const double most = static_cast<double>(extra) * core::twoToThirds(-2 * levels);
+    while (static_cast<double>(extra) > most) {
         std::vector<hierarchy::LatticePoint> finest;
         front.forEachDiamond([&](const hierarchy::LatticePoint& centre) {
-            if (front.isMergeable(centre))
+            if (front.isMergeable(centre) && !kept.isSplit(centre))
                 finest.push_back(centre);
         });
         for (const hierarchy::LatticePoint& centre : finest)
             front.merge(centre);
+        extra -= finest.size();
     }
 }
 
@@ -69,7 +75,10 @@ void WholeSurface::list()
 {
     _result.shown = _sources.target != nullptr ? *_sources.target : *_sources.shown;
     if (_sources.coarser > 0)
-        coarsen(_result.shown, _sources.coarser);
+        coarsen(
+            _result.shown,
+            _sources.coarser,
+            _sources.target != nullptr ? *_sources.shown : hierarchy::Front{});
     _result.shown.forEachDiamond([&](const hierarchy::LatticePoint& centre) {
         const hierarchy::DiamondState state = _result.shown.stateOf(centre);
         if (state.split || isAborted())
@@ -88,7 +97,7 @@ void WholeSurface::list()
                 _items.push_back({id, mesh->second, Item::Origin::shown});
         }
     });
-    if (!_sources.sameIsovalue)
+    if (!_sources.sameIsovalue || _sources.target != nullptr)
         listShownEmpty();
     std::ranges::sort(_items, {}, &Item::id);
     _count.store(_items.size(), std::memory_order_relaxed);
@@ -110,7 +119,8 @@ void WholeSurface::listShownEmpty()
             return;
         for (std::uint8_t index = 0; index < 8; ++index) {
             const CellId id{centre, index};
-            if ((unsigned{state.cells} >> index & 1U) == 0 || _sources.meshes->contains(id))
+            if ((unsigned{state.cells} >> index & 1U) == 0 || _sources.meshes->contains(id) ||
+                (_sources.sameIsovalue && _result.shown.hasCell(id)))
                 continue;
             if (_sources.shownErrors == nullptr)
                 _result.shownEmpty.push_back({id, false});
@@ -209,15 +219,22 @@ void WholeSurface::assemble()
             delta.added.emplace_back(item.id, item.mesh);
         keep(item);
     }
-    for (const auto& [id, mesh] : *_sources.meshes)
-        if (!_sources.sameIsovalue || !_result.meshes.contains(id))
-            delta.removed.push_back(id);
+    for (const auto& [id, mesh] : *_sources.meshes) {
+        if (_sources.sameIsovalue && _result.meshes.contains(id))
+            continue;
+        delta.removed.push_back(id);
+        if (_sources.sameIsovalue) {
+            _result.leavingBytes += mesh->bytes();
+            _result.leaving.emplace(id, mesh);
+        }
+    }
     std::ranges::sort(delta.removed);
     if (_sources.target == nullptr && _sources.coarser == 0)
         delta.steps = stepsByDiamond(delta);
     else if (!delta.isEmpty())
         delta.steps = {{hierarchy::kRootDiamond, delta.removed.size(), delta.added.size()}};
-    _result.wanted = _result.shown;
+    if (_sources.target == nullptr)
+        _result.wanted = _result.shown;
     _items = {};
 }
 

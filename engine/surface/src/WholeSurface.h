@@ -32,7 +32,9 @@ public:
         bool sameIsovalue = false;          ///< so that meshes that are shown can stay
         /// The front to prepare; null for the one that is shown.
         const hierarchy::Front* target = nullptr;
-        int coarser = 0; ///< levels to take from the finest places of the target
+        /// Levels to take from the finest places of the target, or of what it has beyond the shown
+        /// front if it is another.
+        int coarser = 0;
         const CellCache* cache = nullptr;
         /// What else is known of cells at the extractor's isovalue.
         std::vector<const FormerMeshes*> former;
@@ -50,6 +52,8 @@ public:
         /// What is known of the cells without triangles that are to go; nothing of those that their
         /// diamond's bounds prove empty, which is as easily told again.
         std::vector<FormerMeshes::EmptyCell> shownEmpty;
+        CellMeshes leaving; ///< meshes that are to go, if the isovalue stays
+        std::size_t leavingBytes = 0;
         Delta delta; ///< without a version
         std::shared_ptr<MeasuredErrors> errors;
         std::size_t triangles = 0;
@@ -78,6 +82,8 @@ public:
     [[nodiscard]] Result& result() { return _result; }
     [[nodiscard]] const Result& result() const { return _result; }
     [[nodiscard]] int coarser() const { return _sources.coarser; }
+    /// True if it is of another front than the one that is shown.
+    [[nodiscard]] bool hasTarget() const { return _sources.target != nullptr; }
     [[nodiscard]] double isovalue() const { return _sources.extractor->settings().isovalue; }
 
 private:

@@ -39,6 +39,13 @@ struct SurfaceOptions {
     /// After a change of the isovalue show a front first that has as many cells less as one that is
     /// coarser by so many levels, and is there sooner: a quarter for 3 levels.
     int coarseFirst = 0;
+
+    /// Where a viewer jumps, show what he then sees in a few whole steps, each with a quarter of
+    /// the cells of the next, in place of diamond by diamond through all levels between: fewer than
+    /// half as many cells are extracted until all is there, but detail doesn't come to the most
+    /// visible places first, and the viewer isn't followed while a step is prepared. Not where
+    /// errors are measured, which takes the levels between, nor under ceilings.
+    bool skipLevels = false;
 };
 
 struct UpdateBudget {
