@@ -67,6 +67,15 @@ inline std::vector<float> gridOf(const Field& field, const SampleGrid& grid)
     return values;
 }
 
+/// The most by which two lists of numbers differ.
+inline double worstDifference(const std::vector<float>& a, const std::vector<float>& b)
+{
+    double worst = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        worst = std::max(worst, std::abs(double(a[i]) - double(b[i])));
+    return worst;
+}
+
 /// The points of a grid, x fastest.
 inline Points pointsOf(const SampleGrid& grid)
 {

@@ -1,5 +1,5 @@
-// The noise of a program over the rows of a grid, for each instruction set: bit for bit what it is
-// at single points, with the work that points of a grid have in common done once.
+// The noise of a program over the rows of a grid, for each instruction set: what it is at single
+// points but for rounding, with the work that points of a grid have in common done once.
 
 #if defined(ISOFRONT_FIELDS_GRAPH_GRID_NOISE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOFRONT_FIELDS_GRAPH_GRID_NOISE_INL_H

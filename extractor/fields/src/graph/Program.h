@@ -83,8 +83,8 @@ inline constexpr std::size_t kDeepestGuards = 32;
 Program compiled(const Node& node, const GraphSettings& settings);
 
 void sampleProgram(const Program& program, const SampleBatch& batch, std::span<float> values);
-/// As `sampleProgram` at the points of the grid, bit for bit; what they have in common is computed
-/// once.
+/// As `sampleProgram` at the points of the grid, but for rounding; what they have in common is
+/// computed once.
 /// @param grid  not empty
 void gridProgram(const Program& program, const SampleGrid& grid, std::span<float> values);
 void gradientProgram(

@@ -1,11 +1,9 @@
-// Fractal noise over axis-aligned grids, for each instruction set, bit for bit as at single points.
+// Fractal noise over axis-aligned grids, for each instruction set.
 //
-// The noise of a point is interpolated between its cell's eight corners, each of which gives the
-// dot product of its gradient with the way to the point. Along a row of a grid y and z are fixed;
-// so for a corner that is S u + C, with u the way along x and S one of 0, 1 and -1. Corners are
-// hashed once a lattice plane, their C computed once a row, and what is left for a sample are eight
-// products with S, which are exact, and the interpolation. No sum is taken in another order than at
-// a single point, so no bit differs.
+// Along a row of a grid, with y and z fixed, noise in one cell of the lattice is
+// lerp(H + G u, H' + G' (u - 1), fade(u)), where G and H belong to the corners left and right and
+// are mixtures of their gradients over y and z. So corners are hashed once a lattice plane, mixed
+// over z once a slice and over y once a row, and what is left for a sample is a dozen operations.
 
 #if defined(ISOFRONT_FIELDS_NOISE_GRID_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOFRONT_FIELDS_NOISE_GRID_INL_H
@@ -72,141 +70,156 @@ inline std::size_t cornersOver(const std::vector<Place>& places)
     return std::size_t{places.back().index - places.front().index} + 2;
 }
 
-/// Where one coordinate of a sample lies in its cell, from the corners on both sides.
-struct Way {
-    float near;
-    float far;
-    float faded;
-};
-inline Way wayOf(const Place& place)
-{
-    return {place.centred + 0.5F, place.centred - 0.5F, hn::GetLane(fade(constant(place.centred)))};
-}
-
-/// Numbers of the corners to the left and to the right of each sample of a group.
-struct CornerPair {
-    Floats left;
-    Floats right;
-};
-
 /// What a row of samples needs to know along x, for one octave; the same in every row.
 class RowPlan {
 public:
     explicit RowPlan(const std::vector<Place>& places)
-        : _first(places.front().index), _corners(cornersOver(places)),
-          _groups(paddedCount(places.size()) / kLanes)
+        : _first(places.front().index), _corners(cornersOver(places))
     {
-        for (std::size_t i = 0; i < _groups.size(); ++i) {
-            Group& group = _groups[i];
-            group.base = places[i * kLanes].index - _first;
+        const std::size_t room = paddedCount(places.size());
+        _near.resize(room);
+        _far.resize(room);
+        _fade.resize(room);
+        _within.resize(room);
+        for (std::size_t begin = 0; begin < places.size(); begin += kLanes) {
+            const std::uint32_t base = places[begin].index - _first;
+            std::uint32_t widest = 0;
             for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                const Place& place = places[std::min(i * kLanes + lane, places.size() - 1)];
-                const Way way = wayOf(place);
-                group.near[lane] = way.near;
-                group.far[lane] = way.far;
-                group.faded[lane] = way.faded;
-                group.left[lane] = place.index - _first - group.base;
-                group.right[lane] = group.left[lane] + 1;
-                group.widest = std::max(group.widest, group.left[lane]);
+                const Place& place = places[std::min(begin + lane, places.size() - 1)];
+                const std::size_t to = begin + lane;
+                _within[to] = place.index - _first - base;
+                _near[to] = place.centred + 0.5F;
+                _far[to] = place.centred - 0.5F;
+                _fade[to] = place.centred;
+                widest = std::max(widest, _within[to]);
             }
+            const FloatTag f;
+            hn::StoreU(fade(hn::LoadU(f, _fade.data() + begin)), f, _fade.data() + begin);
+            _groups.push_back({base, widest});
         }
     }
 
     /// Of the leftmost corner.
     [[nodiscard]] std::uint32_t first() const { return _first; }
     [[nodiscard]] std::size_t corners() const { return _corners; }
+    [[nodiscard]] std::size_t groups() const { return _groups.size(); }
 
-    /// A group of samples.
-    struct Group {
-        float near[kLanes]; ///< from the corner to the left, of each sample [cells]
-        float far[kLanes];
-        float faded[kLanes];
-        std::uint32_t left[kLanes]; ///< corner to the left, counted from the base
-        std::uint32_t right[kLanes];
-        std::uint32_t base = 0;   ///< corner left of the first sample
-        std::uint32_t widest = 0; ///< the largest of `left`
-
-        /// Calls `body(lookup)` with what brings the numbers of corners to the samples.
-        template <typename Body>
-        HWY_INLINE Floats withLookup(const Body& body) const
-        {
-            const FloatTag f;
-            // Most groups of long waves have one cell.
-            if (widest == 0)
-                return body([&](const float* numbers) HWY_ATTR {
-                    return CornerPair{hn::Set(f, numbers[base]), hn::Set(f, numbers[base + 1])};
-                });
-            if (widest + 1 < kLanes) {
-                const auto toLeft = hn::IndicesFromVec(f, hn::LoadU(WordTag(), left));
-                const auto toRight = hn::IndicesFromVec(f, hn::LoadU(WordTag(), right));
-                return body([&](const float* numbers) HWY_ATTR {
-                    const Floats all = hn::LoadU(f, numbers + base);
-                    return CornerPair{
-                        hn::TableLookupLanes(all, toLeft), hn::TableLookupLanes(all, toRight)};
-                });
-            }
-            return body([&](const float* numbers) HWY_ATTR {
-                float all[2][kLanes];
-                for (std::size_t lane = 0; lane < kLanes; ++lane) {
-                    all[0][lane] = numbers[base + left[lane]];
-                    all[1][lane] = numbers[base + right[lane]];
-                }
-                return CornerPair{hn::LoadU(f, all[0]), hn::LoadU(f, all[1])};
-            });
+    /// The noise of a group of samples from what its corners carry.
+    template <bool kSloped>
+    [[nodiscard]] HWY_INLINE Floats
+    noise(std::size_t group, const float* constants, const float* slopes) const
+    {
+        const FloatTag f;
+        const std::size_t at = group * kLanes;
+        const Floats near = hn::LoadU(f, _near.data() + at);
+        const Floats far = hn::LoadU(f, _far.data() + at);
+        const Floats faded = hn::LoadU(f, _fade.data() + at);
+        const Lookup lookup(*this, group);
+        Floats left = lookup(constants);
+        Floats right = lookup(constants + 1);
+        if constexpr (kSloped) {
+            left = hn::Add(left, hn::Mul(lookup(slopes), near));
+            right = hn::Add(right, hn::Mul(lookup(slopes + 1), far));
         }
-    };
-    [[nodiscard]] const Group* groups() const { return _groups.data(); }
+        return lerp(left, right, faded);
+    }
 
 private:
+    struct Group {
+        std::uint32_t base;   ///< corner left of the first sample
+        std::uint32_t widest; ///< how many corners further right that of the last is
+    };
+
+    /// Brings the corners' numbers to the samples.
+    class Lookup {
+    public:
+        HWY_INLINE Lookup(const RowPlan& plan, std::size_t group)
+            : _group(plan._groups[group]), _within(plan._within.data() + group * kLanes)
+        {
+        }
+
+        HWY_INLINE Floats operator()(const float* numbers) const
+        {
+            const FloatTag f;
+            const float* const from = numbers + _group.base;
+            if (_group.widest == 0)
+                return hn::Set(f, *from);
+            if (_group.widest < kLanes) {
+                const auto indices = hn::IndicesFromVec(f, hn::LoadU(WordTag(), _within));
+                return hn::TableLookupLanes(hn::LoadU(f, from), indices);
+            }
+            float all[kLanes];
+            for (std::size_t lane = 0; lane < kLanes; ++lane)
+                all[lane] = from[_within[lane]];
+            return hn::LoadU(f, all);
+        }
+
+    private:
+        Group _group;
+        const std::uint32_t* _within;
+    };
+
     std::uint32_t _first;
     std::size_t _corners;
+    std::vector<float> _near; ///< from the corner to the left, of each sample [cells]
+    std::vector<float> _far;
+    std::vector<float> _fade;
+    std::vector<std::uint32_t> _within; ///< corner to the left, counted from the group's base
     std::vector<Group> _groups;
 };
 
-/// What the corners of a lattice carry: how many numbers, and what is made of them.
+/// What the corners of a lattice carry, in planes of z: how many numbers, and how they mix.
 template <NoiseKind kKind>
 struct CornerNumbers;
 
-/// The four rows of corners about a row of samples, by steps in y and z, in this order: (0, 0),
-/// (0, 1), (1, 0), (1, 1).
-inline constexpr std::size_t kRowsAbout = 4;
-
 template <>
 struct CornerNumbers<NoiseKind::value> {
-    static constexpr std::size_t kCount = 1;       ///< the value
-    static constexpr std::size_t kCountOfRows = 0; ///< nothing to compute for a row
+    static constexpr std::size_t kCount = 1; ///< the value
+    static constexpr bool kSloped = false;
 
     static HWY_INLINE void store(Words axes, float* const* to, std::size_t at)
     {
-        hn::StoreU(cornerValue(axes), FloatTag(), to[0] + at);
+        hn::StoreU(
+            hn::Mul(cornerValue(axes), constant(Noise<NoiseKind::value>::kScale)),
+            FloatTag(),
+            to[0] + at);
     }
-    static HWY_INLINE Floats
-    constants(const float* const* /*corners*/, Floats /*y*/, Floats /*z*/, std::size_t /*at*/)
+
+    /// Mixes over z.
+    /// @param centred, faded  of the slice
+    static HWY_INLINE void mixOverZ(
+        const float* const* low,
+        const float* const* high,
+        Floats /*centred*/,
+        Floats faded,
+        float* const* to,
+        std::size_t at)
     {
-        return hn::Zero(FloatTag());
+        const FloatTag f;
+        hn::StoreU(
+            lerp(hn::LoadU(f, low[0] + at), hn::LoadU(f, high[0] + at), faded), f, to[0] + at);
     }
-    template <typename Lookup>
-    static HWY_INLINE Floats alongX(
-        const Lookup& lookup,
-        const float* values,
-        const float* /*constants*/,
-        Floats /*near*/,
-        Floats /*far*/,
-        Floats faded)
+
+    /// Mixes over y.
+    static HWY_INLINE void mixOverY(
+        const float* const* low,
+        const float* const* high,
+        Floats /*centred*/,
+        Floats faded,
+        float* constants,
+        float* /*slopes*/,
+        std::size_t at)
     {
-        const CornerPair value = lookup(values);
-        return lerp(value.left, value.right, faded);
-    }
-    static HWY_INLINE Floats noise(Floats mixed)
-    {
-        return hn::Mul(constant(Noise<NoiseKind::value>::kScale), mixed);
+        const FloatTag f;
+        hn::StoreU(
+            lerp(hn::LoadU(f, low[0] + at), hn::LoadU(f, high[0] + at), faded), f, constants + at);
     }
 };
 
 template <>
 struct CornerNumbers<NoiseKind::gradient> {
-    static constexpr std::size_t kCount = 3; ///< the gradient: 0, 1 or -1 along each axis
-    static constexpr std::size_t kCountOfRows = kRowsAbout;
+    static constexpr std::size_t kCount = 3; ///< the gradient; over z, the last is a constant
+    static constexpr bool kSloped = true;
 
     static HWY_INLINE void store(Words axes, float* const* to, std::size_t at)
     {
@@ -216,87 +229,74 @@ struct CornerNumbers<NoiseKind::gradient> {
         for (std::size_t i = 0; i < 3; ++i)
             hn::StoreU(gradient[i], FloatTag(), to[i] + at);
     }
-    /// What the dot product has along y and z. Two of the three numbers are not zero, so at most
-    /// one sum is rounded, here or along x: that of EdgeGradient::dot.
-    static HWY_INLINE Floats
-    constants(const float* const* corners, Floats y, Floats z, std::size_t at)
+
+    static HWY_INLINE void mixOverZ(
+        const float* const* low,
+        const float* const* high,
+        Floats centred,
+        Floats faded,
+        float* const* to,
+        std::size_t at)
     {
         const FloatTag f;
-        return hn::MulAdd(
-            hn::LoadU(f, corners[1] + at), y, hn::Mul(hn::LoadU(f, corners[2] + at), z));
+        const Floats half = constant(0.5F);
+        for (std::size_t i = 0; i < 2; ++i)
+            hn::StoreU(
+                lerp(hn::LoadU(f, low[i] + at), hn::LoadU(f, high[i] + at), faded), f, to[i] + at);
+        const Floats fromLow = hn::Mul(hn::LoadU(f, low[2] + at), hn::Add(centred, half));
+        const Floats fromHigh = hn::Mul(hn::LoadU(f, high[2] + at), hn::Sub(centred, half));
+        hn::StoreU(lerp(fromLow, fromHigh, faded), f, to[2] + at);
     }
-    template <typename Lookup>
-    static HWY_INLINE Floats alongX(
-        const Lookup& lookup,
-        const float* slopes,
-        const float* constants,
-        Floats near,
-        Floats far,
-        Floats faded)
+
+    static HWY_INLINE void mixOverY(
+        const float* const* low,
+        const float* const* high,
+        Floats centred,
+        Floats faded,
+        float* constants,
+        float* slopes,
+        std::size_t at)
     {
-        const CornerPair slope = lookup(slopes);
-        const CornerPair rest = lookup(constants);
-        return lerp(
-            hn::MulAdd(slope.left, near, rest.left),
-            hn::MulAdd(slope.right, far, rest.right),
-            faded);
+        const FloatTag f;
+        const Floats half = constant(0.5F);
+        hn::StoreU(
+            lerp(hn::LoadU(f, low[0] + at), hn::LoadU(f, high[0] + at), faded), f, slopes + at);
+        const auto constantOf = [&](const float* const* row, Floats distance) HWY_ATTR {
+            return hn::Add(hn::Mul(hn::LoadU(f, row[1] + at), distance), hn::LoadU(f, row[2] + at));
+        };
+        const Floats fromLow = constantOf(low, hn::Add(centred, half));
+        const Floats fromHigh = constantOf(high, hn::Sub(centred, half));
+        hn::StoreU(lerp(fromLow, fromHigh, faded), f, constants + at);
     }
-    static HWY_INLINE Floats noise(Floats mixed) { return mixed; }
 };
 
-/// Numbers of a plane of lattice corners: some arrays, each in rows of i. Rows are filled as they
-/// are needed.
-template <NoiseKind kKind>
+/// Numbers of a plane of lattice corners: some arrays, each in rows of i.
+template <std::size_t kCount>
 class CornerPlane {
 public:
-    using Corners = CornerNumbers<kKind>;
-    static constexpr std::size_t kCount = Corners::kCount;
-
     CornerPlane(std::size_t corners, std::size_t rows)
-        : _stride(roomFor(corners)), _numbers(kCount * _stride * rows), _isFilled(rows, 0)
+        : _stride(roomFor(corners)), _rows(rows), _numbers(kCount * _stride * rows)
     {
-    }
-
-    /// Goes to another plane.
-    void moveTo(std::uint32_t z)
-    {
-        _z = z;
-        std::ranges::fill(_isFilled, char(0));
     }
 
     struct Row {
         float* of[kCount];
     };
-    /// @param first  the lattice corner at which rows begin, along x and y
-    HWY_INLINE Row row(std::size_t j, const std::uint32_t (&first)[2], std::uint32_t seed)
+    [[nodiscard]] HWY_INLINE Row row(std::size_t j)
     {
         Row row{};
         for (std::size_t i = 0; i < kCount; ++i)
-            row.of[i] = _numbers.data() + (j * kCount + i) * _stride;
-        if (_isFilled[j] == 0) {
-            fill(row, first[0], first[1] + static_cast<std::uint32_t>(j), seed);
-            _isFilled[j] = 1;
-        }
+            row.of[i] = _numbers.data() + (i * _rows + j) * _stride;
         return row;
     }
     /// In whole vectors; what is beyond the last corner is never looked at.
     [[nodiscard]] std::size_t length() const { return _stride - kLanes; }
+    [[nodiscard]] std::size_t rows() const { return _rows; }
 
 private:
-    void fill(const Row& row, std::uint32_t firstX, std::uint32_t y, std::uint32_t seed) const
-    {
-        const WordTag w;
-        const Words hashYz = hn::Xor(hashedY(hn::Set(w, y), seed), hashedZ(hn::Set(w, _z), seed));
-        for (std::size_t at = 0; at < length(); at += kLanes) {
-            const Words hashX = hashedX(hn::Iota(w, firstX + static_cast<std::uint32_t>(at)), seed);
-            Corners::store(hn::Xor(hashX, hashYz), row.of, at);
-        }
-    }
-
     std::size_t _stride;
+    std::size_t _rows;
     std::vector<float> _numbers;
-    std::vector<char> _isFilled;
-    std::uint32_t _z = 0;
 };
 
 /// One octave over a block of a grid whose steps are no longer than a cell.
@@ -307,98 +307,89 @@ public:
         const SpaceOctave& octave, const std::vector<double>& x, const std::vector<double>& y)
         : _octave(octave), _plan(placesOf(x, octave.frequency[0], octave.offset[0])),
           _y(placesOf(y, octave.frequency[1], octave.offset[1])),
-          _low(_plan.corners(), cornersOver(_y)),
-          _high(_low), _first{_plan.first(), _y.front().index}, _stride(roomFor(_plan.corners())),
-          _constants(Corners::kCountOfRows * _stride)
+          _low(_plan.corners(), cornersOver(_y)), _high(_low), _mixed(_low),
+          _constants(roomFor(_plan.corners())), _slopes(roomFor(_plan.corners()))
     {
-        for (const Place& place : _y)
-            _waysOfY.push_back(wayOf(place));
     }
 
     /// Goes to a slice of the grid.
     void startSlice(double z)
     {
         const Place place = placeOf(z, _octave.frequency[2], _octave.offset[2]);
-        if (!_isPlaced || place.index != _index) {
-            if (_isPlaced && place.index == _index + 1)
+        if (!_filled || place.index != _index) {
+            if (_filled && place.index == _index + 1)
                 std::swap(_low, _high);
             else
-                _low.moveTo(place.index);
-            _high.moveTo(place.index + 1);
+                fill(_low, place.index);
+            fill(_high, place.index + 1);
             _index = place.index;
-            _isPlaced = true;
+            _filled = true;
         }
-        _wayOfZ = wayOf(place);
+        const Floats centred = constant(place.centred);
+        const Floats faded = fade(centred);
+        for (std::size_t j = 0; j < _mixed.rows(); ++j) {
+            const auto low = _low.row(j);
+            const auto high = _high.row(j);
+            const auto to = _mixed.row(j);
+            for (std::size_t at = 0; at < _mixed.length(); at += kLanes)
+                Corners::mixOverZ(low.of, high.of, centred, faded, to.of, at);
+        }
     }
 
-    /// The noise of a row's samples.
-    class Row {
-    public:
-        [[nodiscard]] HWY_INLINE Value noise(std::size_t index) const
-        {
-            const RowPlan::Group& group = groups[index];
-            const FloatTag f;
-            const Floats near = hn::LoadU(f, group.near);
-            const Floats far = hn::LoadU(f, group.far);
-            const Floats faded = hn::LoadU(f, group.faded);
-            return {group.withLookup([&](const auto& lookup) HWY_ATTR {
-                Floats alongX[kRowsAbout];
-                for (std::size_t i = 0; i < kRowsAbout; ++i)
-                    alongX[i] = Corners::alongX(lookup, corners[i], constants[i], near, far, faded);
-                return Corners::noise(lerp(
-                    lerp(alongX[0], alongX[2], fadedY),
-                    lerp(alongX[1], alongX[3], fadedY),
-                    fadedZ));
-            })};
-        }
+    /// The noise of a row's samples, until the next row begins.
+    struct Row {
+        const CoherentOctave& octave;
 
-        const RowPlan::Group* groups;
-        const float* corners[kRowsAbout];   ///< what is looked up of the corners themselves
-        const float* constants[kRowsAbout]; ///< C, of the four rows
-        Floats fadedY;
-        Floats fadedZ;
+        [[nodiscard]] HWY_INLINE Value noise(std::size_t group) const
+        {
+            return {octave._plan.template noise<Corners::kSloped>(
+                group, octave._constants.data(), octave._slopes.data())};
+        }
     };
 
     /// Goes to a row of the slice.
-    HWY_INLINE Row startRow(std::size_t index)
+    HWY_INLINE Row startRow(std::size_t row)
     {
-        const Way& wayOfY = _waysOfY[index];
-        Row row{_plan.groups(), {}, {}, constant(wayOfY.faded), constant(_wayOfZ.faded)};
-        const std::size_t j = _y[index].index - _y.front().index;
-        const Floats y[2] = {constant(wayOfY.near), constant(wayOfY.far)};
-        const Floats z[2] = {constant(_wayOfZ.near), constant(_wayOfZ.far)};
-        for (std::size_t i = 0; i < kRowsAbout; ++i) {
-            auto& plane = i % 2 == 0 ? _low : _high;
-            const auto corners = plane.row(j + i / 2, _first, _octave.seed);
-            row.corners[i] = corners.of[0];
-            if constexpr (Corners::kCountOfRows > 0) {
-                float* const to = _constants.data() + i * _stride;
-                for (std::size_t at = 0; at + kLanes < _stride; at += kLanes)
-                    hn::StoreU(
-                        Corners::constants(corners.of, y[i / 2], z[i % 2], at),
-                        FloatTag(),
-                        to + at);
-                row.constants[i] = to;
-            }
-        }
-        return row;
+        const Floats centred = constant(_y[row].centred);
+        const Floats faded = fade(centred);
+        const std::size_t j = _y[row].index - _y.front().index;
+        const auto low = _mixed.row(j);
+        const auto high = _mixed.row(j + 1);
+        for (std::size_t at = 0; at < _mixed.length(); at += kLanes)
+            Corners::mixOverY(
+                low.of, high.of, centred, faded, _constants.data(), _slopes.data(), at);
+        return {*this};
     }
 
 private:
     using Corners = CornerNumbers<kKind>;
 
+    void fill(CornerPlane<Corners::kCount>& plane, std::uint32_t z)
+    {
+        const WordTag w;
+        const Words hashZ = hashedZ(hn::Set(w, z), _octave.seed);
+        for (std::size_t j = 0; j < plane.rows(); ++j) {
+            const auto y = static_cast<std::uint32_t>(_y.front().index + j);
+            const Words hashYz = hn::Xor(hashedY(hn::Set(w, y), _octave.seed), hashZ);
+            const auto to = plane.row(j);
+            for (std::size_t at = 0; at < plane.length(); at += kLanes) {
+                const auto x = static_cast<std::uint32_t>(_plan.first() + at);
+                const Words hashX = hashedX(hn::Iota(w, x), _octave.seed);
+                Corners::store(hn::Xor(hashX, hashYz), to.of, at);
+            }
+        }
+    }
+
     SpaceOctave _octave;
     RowPlan _plan;
     std::vector<Place> _y;
-    std::vector<Way> _waysOfY;
-    CornerPlane<kKind> _low;  ///< the lattice plane below the slice
-    CornerPlane<kKind> _high; ///< and above
-    std::uint32_t _first[2];  ///< the corner at which both begin
-    std::size_t _stride;
-    std::vector<float> _constants; ///< C, of the four rows
-    Way _wayOfZ{};
-    std::uint32_t _index = 0; ///< of the lattice plane below
-    bool _isPlaced = false;
+    CornerPlane<Corners::kCount> _low;  ///< the lattice plane below the slice
+    CornerPlane<Corners::kCount> _high; ///< and above
+    CornerPlane<Corners::kCount> _mixed;
+    std::vector<float> _constants; ///< H, of the row
+    std::vector<float> _slopes;    ///< G
+    std::uint32_t _index = 0;      ///< of the lattice plane below
+    bool _filled = false;
 };
 
 /// One octave, sample by sample: where the grid is so coarse that nearly every sample has a cell of

@@ -71,8 +71,9 @@ public:
     virtual void sampleWithGradient(
         const SampleBatch& batch, std::span<float> values, GradientSpans gradients) const;
 
-    /// The value at each point of a grid, x fastest, then y: bit for bit what `sample` gives there.
-    /// Faster where neighbouring samples have work in common, as those of noise have.
+    /// The value at each point of a grid, x fastest, then y. A point's value doesn't depend on the
+    /// block that it is asked for in; it may differ from that of `sample` by rounding. Faster where
+    /// neighbouring samples have work in common, as those of noise have.
     /// @param values  as long as the grid
     virtual void sampleGrid(const SampleGrid& grid, std::span<float> values) const;
 
