@@ -25,8 +25,8 @@ void MeshOptions::addTo(CLI::App& command)
             "--quality",
             quality,
             "of triangles: 'plain': as they are contoured; 'good': with --smooth 1 --reproject "
-            "--align; 'best': with --simplify 0.02 --vertices balanced, too. Those options go "
-            "before it")
+            "--align; 'best': with --simplify 0.02 --vertices balanced, too. Where such an option "
+            "is given, it wins over the word")
         ->check(CLI::IsMember({"plain", "good", "best"}));
     command
         .add_option(
