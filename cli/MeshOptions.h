@@ -12,7 +12,7 @@
 namespace isofront::cli {
 
 /// What the commands offer of what cells do with their triangles after contouring: a word for all
-/// of it, and an option for each part, which goes before the word.
+/// of it, and an option for each part, which wins over the word.
 struct MeshOptions {
     std::optional<std::string> quality; ///< "plain" (where not given), "good" or "best"
     std::optional<int> smooth;
