@@ -145,7 +145,7 @@ SuiteResult runIsovalue(const Context& context)
             : std::vector<Scan>{{"silicium", "silicium_104x40x40_u8.nrrd", 128}};
     const int runs = context.pick(3, 7);
     for (const OpenScan& scan : opened(context, scans))
-        for (const double filter : {0.0, 1.0})
+        for (const double filter : {0.0, extractor::ExtractionSettings().filterStrength})
             for (const std::size_t threads : {1U, 2U}) {
                 if (context.isStopped())
                     return result;
@@ -160,7 +160,7 @@ SuiteResult runIsovalue(const Context& context)
                 };
                 Cells cells;
                 show(surface.settle(view), cells);
-                const std::string where = scan.name + ", filter " + std::to_string(int(filter)) +
+                const std::string where = scan.name + (filter > 0 ? ", filtered" : ", unfiltered") +
                                           ", " + std::to_string(threads) + " threads";
                 // there by other units each time, and back to what is kept
                 for (const bool kept : {false, true}) {

@@ -321,7 +321,7 @@ SuiteResult runView(const Context& context)
                 return result;
             context.say(scan.name + ", " + std::to_string(threads) + " threads");
             FlyingEdges flyingEdges(scan.volume);
-            for (const double filter : {0.0, 1.0}) {
+            for (const double filter : {0.0, extractor::ExtractionSettings().filterStrength}) {
                 std::optional<FlyingEdgesResult> peer;
                 const Extracted own = extracted(
                     extractorFor(scan, scan.settings(scan.isovalue, filter)),
