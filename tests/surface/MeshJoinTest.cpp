@@ -1,3 +1,4 @@
+#include "AssemblyLine.h"
 #include "support/FunctionField.h"
 #include "support/GlobalMesh.h"
 
@@ -8,8 +9,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <memory>
+#include <new>
 
 namespace isofront::surface {
 namespace {
@@ -103,6 +106,30 @@ TEST(MeshJoin, givesTheSameWhereLevelsMeet)
     const auto criterion =
         viewCriterion(extractor, options.detail.view.pixelsPerUnit(), options.detail.pixelError);
     expectSame(joined->mesh, meshBy(*extractor, criterion, options.detail.view, 40));
+}
+
+TEST(MeshJoin, endsWithTheExceptionWhereMemoryRunsOut)
+{
+    using core::JobsBackend;
+    for (const JobsBackend backend :
+         {JobsBackend::automatic, JobsBackend::threads, JobsBackend::inlined}) {
+        const auto jobs = core::makeJobs(backend, 3);
+        // while a cell is made, and while one is counted, in its turn
+        for (const bool inTurn : {false, true}) {
+            MeshJoiner joiner({}, 4, 9, false);
+            TriangleMesh mesh;
+            std::atomic<int> done = 0;
+            const auto fail = [&](bool here) {
+                if (here && ++done == 100)
+                    throw std::bad_alloc();
+            };
+            AssemblySteps steps;
+            steps.extract = [&](std::size_t, JoinedCell&) { fail(!inTurn); };
+            steps.count = [&](JoinedCell&) { fail(inTurn); };
+            steps.check = [](std::size_t, std::size_t) { return std::nullopt; };
+            EXPECT_THROW(assemble(100'000, 4, *jobs, steps, joiner, mesh), std::bad_alloc);
+        }
+    }
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <shared_mutex>
@@ -46,12 +47,27 @@ public:
     Assembled run(core::Jobs& jobs)
     {
         jobs.parallelFor(jobs.concurrency(), [this](std::size_t) { work(); });
+        if (_thrown)
+            std::rethrow_exception(_thrown);
         return std::move(_result);
     }
 
 private:
-    /// What each thread does until there is nothing left.
+    /// What each thread does until there is nothing left. Where memory runs out, the others, who
+    /// would wait for this one's cells, end as well.
     void work()
+    {
+        try {
+            assembleWhatIsLeft();
+        } catch (...) {
+            const std::lock_guard lock(_mutex);
+            _thrown = std::current_exception();
+            _result.error = core::Error{core::ErrorCode::resourceLimit, "out of memory"};
+            _moved.notify_all();
+        }
+    }
+
+    void assembleWhatIsLeft()
     {
         core::Box bounds;
         double seconds = 0;
@@ -173,6 +189,7 @@ private:
     std::size_t _numbered = 0; ///< cells
     std::vector<ChunkPointer> _waiting;
     std::vector<ChunkPointer> _idle;
+    std::exception_ptr _thrown;
     Assembled _result;
 };
 

@@ -34,6 +34,8 @@ struct Assembled {
 /// so that they are still in its cache when they are written; only numbering waits until all cells
 /// before them have been numbered. The mesh depends on the order of the cells alone.
 ///
+/// Throws what a step throws, std::bad_alloc above all, once all threads have ended.
+///
 /// @param latticeSize  of the cells
 /// @param mesh         is empty, and may have memory set aside
 Assembled assemble(

@@ -14,6 +14,7 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -395,7 +396,12 @@ private:
         const bool hasAttributes =
             _extractor->settings().attributes && _extractor->field().hasAttributes();
         MeshJoiner joiner(_extractor->domain(), n, _result.finestLevel, hasAttributes);
-        joiner.reserve(_result.mesh, ids.size());
+        // what is beyond the ceiling is noticed within some chunks of cells
+        joiner.reserve(
+            _result.mesh,
+            ids.size(),
+            _options.maxTriangles > 0 ? _options.maxTriangles + _options.maxTriangles / 8
+                                      : std::numeric_limits<std::size_t>::max());
         AssemblySteps steps;
         steps.extract = [&](std::size_t i, JoinedCell& cell) { take(ids[i], cell); };
         steps.count = [&](JoinedCell& cell) { count(cell); };

@@ -95,11 +95,11 @@ bool MeshJoiner::number(JoinedCell& cell)
     return true;
 }
 
-void MeshJoiner::reserve(TriangleMesh& mesh, std::size_t cells) const
+void MeshJoiner::reserve(TriangleMesh& mesh, std::size_t cells, std::size_t most) const
 {
     // A plane through a cell makes at most 11 n^2 triangles, and half as many vertices.
     const auto n = static_cast<std::size_t>(_latticeSize);
-    const std::size_t triangles = cells * 11 * n * n;
+    const std::size_t triangles = std::min(cells * 11 * n * n, most);
     mesh.positions.reserve(triangles / 2);
     mesh.normals.reserve(triangles / 2);
     if (_hasAttributes)

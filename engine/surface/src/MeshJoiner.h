@@ -93,7 +93,8 @@ public:
     bool number(JoinedCell& cell);
     /// Sets memory aside for what so many cells are likely to need, so that the mesh needn't move
     /// as it grows. What isn't used is never touched, and so not taken from the system.
-    void reserve(TriangleMesh& mesh, std::size_t cells) const;
+    /// @param most  triangles, whatever the cells
+    void reserve(TriangleMesh& mesh, std::size_t cells, std::size_t most) const;
     /// Makes the mesh as large as what has been numbered so far, and leaves unset what is new.
     void setSizes(TriangleMesh& mesh) const;
     /// Whether `setSizes` will leave the mesh where it is in memory.

@@ -2,6 +2,8 @@
 
 #include "Samples.h"
 
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -41,7 +43,8 @@ void estimateError(
     const double cellSize =
         std::ldexp(domain.gridUnit(), mesh.exponent + 14) / settings.latticeSize;
     for (std::size_t i = 0; i < count; ++i) {
-        const double slope = std::hypot(points.gx[i], points.gy[i], points.gz[i]);
+        const glm::dvec3 gradient(points.gx[i], points.gy[i], points.gz[i]);
+        const double slope = std::sqrt(glm::dot(gradient, gradient));
         const double residual = std::abs(double(points.value[i]) - settings.isovalue);
         // a Newton step beyond a lattice edge says only that the surface is about that far
         double error = slope > 0 ? residual / slope : cellSize;

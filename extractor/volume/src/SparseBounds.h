@@ -5,6 +5,7 @@
 #include <isofront/core/Box.h>
 
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Count.h>
 
 #include <algorithm>
 #include <cmath>
@@ -92,9 +93,11 @@ public:
 
     [[nodiscard]] std::uint64_t memoryBytes() const
     {
+        // on this thread alone: others might wait for what it is building
         std::uint64_t bytes = 0;
         for (const Level& level : _levels)
-            bytes += level.low->memUsage() + level.high->memUsage();
+            bytes += openvdb::tools::memUsage(*level.low, false) +
+                     openvdb::tools::memUsage(*level.high, false);
         return bytes;
     }
 

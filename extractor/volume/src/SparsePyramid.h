@@ -4,6 +4,7 @@
 #include "SparseBounds.h"
 
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Count.h>
 
 #include <array>
 #include <cmath>
@@ -227,7 +228,7 @@ public:
     {
         std::uint64_t bytes = 0;
         for (const Level& level : _levels)
-            bytes += level.tree->memUsage() + level.bounds.memoryBytes();
+            bytes += openvdb::tools::memUsage(*level.tree, false) + level.bounds.memoryBytes();
         return bytes;
     }
 

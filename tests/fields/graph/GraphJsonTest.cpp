@@ -430,12 +430,13 @@ TEST(GraphJson, asksForTheFilesThatItsNodesName)
                {"type": "volume", "file": "../scans/c.nrrd"},
                {"type": "volume", "file": "../scans/c.nrrd", "isovalue": 7},
                {"type": "volume", "file": "/d.vdb", "grid": "density"},
+               {"type": "volume", "file": "a.hgt"},
                {"type": "elevation", "file": "a.hgt"})"),
         "test.json",
         {"maps", load});
     ASSERT_TRUE(preset.has_value()) << preset.error().message;
     // The last one is the first again.
-    ASSERT_EQ(requests.size(), 5U);
+    ASSERT_EQ(requests.size(), 6U);
     EXPECT_EQ(requests[0].path, "maps/a.hgt");
     EXPECT_EQ(requests[0].kind, FileRequest::Kind::elevation);
     EXPECT_FALSE(requests[0].pixelSize || requests[0].heightScale || requests[0].noData);
@@ -448,8 +449,10 @@ TEST(GraphJson, asksForTheFilesThatItsNodesName)
     EXPECT_EQ(requests[3].isovalue, 7);
     EXPECT_EQ(requests[4].path, "/d.vdb");
     EXPECT_EQ(requests[4].grid, "density");
-    // Balls of radius 1 to 5, and the first once more.
-    EXPECT_EQ(valueAt(*fieldOf(*preset), 0, 0, 0), 16.0F);
+    EXPECT_EQ(requests[5].kind, FileRequest::Kind::volume);
+    EXPECT_EQ(requests[5].path, "maps/a.hgt");
+    // Balls of radius 1 to 6, and the first once more.
+    EXPECT_EQ(valueAt(*fieldOf(*preset), 0, 0, 0), 22.0F);
 }
 
 TEST(GraphJson, passesOnWhyAFileCannotBeRead)

@@ -230,8 +230,9 @@ Node JsonNodes::loaded(JsonObject& object, FileRequest request)
     if (file.empty() || file.find('\0') != std::string::npos)
         object.fail("'file' must be the path of a file, as seen from the preset");
     request.path = (std::filesystem::path(_files.folder) / file).string();
-    // The options alone tell two requests for one file apart.
-    std::string key = request.path + '\0' + request.grid;
+    // What it is read as, and the options, tell two requests for one file apart.
+    std::string key = request.kind == FileRequest::Kind::volume ? "volume" : "elevation";
+    key += '\0' + request.path + '\0' + request.grid;
     for (const std::optional<double>& option :
          {request.isovalue, request.pixelSize, request.heightScale, request.noData})
         key += '\0' + (option ? std::to_string(std::bit_cast<std::uint64_t>(*option)) : "");
