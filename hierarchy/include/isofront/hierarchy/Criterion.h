@@ -158,7 +158,9 @@ public:
 private:
     [[nodiscard]] double judge(const Diamond& diamond, DiamondState) const override
     {
-        return diamond.level < _level ? kAlways : kNever;
+        if (diamond.level < _level)
+            return kAlways;
+        return kNever;
     }
 
     int _level;
