@@ -211,7 +211,8 @@ private:
         if (expectedBytes(*triangles) <= kFarOver * limit)
             return std::nullopt;
         int fits = level;
-        for (auto fewer = triangles; fewer && expectedBytes(*fewer) > limit; --fits)
+        // what is named must do, and the estimate may be too low
+        for (auto fewer = triangles; fewer && 2 * expectedBytes(*fewer) > limit; --fits)
             fewer = trianglesAt(fits - 1);
         return core::Error{
             ErrorCode::resourceLimit,
