@@ -19,6 +19,7 @@ FLOORS = {
     "elevation": ("extractor/elevation", ["core", "fields", "raster"]),
     "extractor": ("extractor/mesh", ["core", "hierarchy", "fields"]),
     "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
+    "voxels": ("engine/voxels", ["core", "fields"]),
     "exchange": ("engine/exchange", ["core", "surface"]),
     "charts": ("charts", []),
     "bench": (

@@ -1,0 +1,162 @@
+#include "Rasteriser.h"
+
+#include "Crosshair.h"
+#include "TriangleSlices.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isofront::voxels {
+
+namespace {
+
+/// Marks a voxel that stays, in a bit of its place that the stored form doesn't use.
+constexpr std::uint32_t kKept = 1U << 31U;
+/// The weight of a triangle that only touches a cube: it decides nothing where there is any area.
+constexpr float kTrace = 1e-12F;
+
+/// The linear value of an 8-bit sRGB one.
+float linear(std::uint32_t code)
+{
+    const double c = code / 255.0;
+    return static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+}
+
+} // namespace
+
+LatticeTriangle LatticeModel::triangle(std::uint32_t index) const
+{
+    LatticeTriangle corners;
+    for (std::size_t corner = 0; corner < 3; ++corner)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            corners[corner][axis] = points[model.triangles[index][corner]][axis];
+    return corners;
+}
+
+LatticeModel onLattice(const TriangleModel& model, const VoxelLattice& lattice)
+{
+    LatticeModel result{model, lattice, {}, {}};
+    const double scale = static_cast<double>(kSteps) / lattice.edge;
+    result.points.reserve(model.positions.size());
+    for (const glm::dvec3& position : model.positions) {
+        std::array<std::int32_t, 3> point{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double place = std::round((position[axis] - lattice.origin[axis]) * scale);
+            // what is not finite, or far away, belongs to no triangle that counts
+            if (std::abs(place) < 1 << 30)
+                point[axis] = static_cast<std::int32_t>(place);
+        }
+        result.points.push_back(point);
+    }
+    std::array<float, 256> linearOf{};
+    for (std::uint32_t code = 0; code < 256; ++code)
+        linearOf[code] = linear(code);
+    result.colours.reserve(model.colours.size());
+    for (const std::uint32_t colour : model.colours) {
+        const float opacity = static_cast<float>(colour >> 24U) / 255.0F;
+        result.colours.push_back(
+            {opacity * linearOf[colour & 0xffU],
+             opacity * linearOf[colour >> 8U & 0xffU],
+             opacity * linearOf[colour >> 16U & 0xffU],
+             opacity});
+    }
+    return result;
+}
+
+void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const VoxelRange& within)
+{
+    const LatticeTriangle triangle = model.triangle(index);
+    const std::array<std::int64_t, 3> area = doubleArea(triangle);
+    glm::dvec3 normal(
+        static_cast<double>(area[0]), static_cast<double>(area[1]), static_cast<double>(area[2]));
+    const double squared = glm::dot(normal, normal);
+    if (squared > 0)
+        normal /= std::sqrt(squared);
+    const std::array<float, 3> direction{
+        static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z)};
+
+    // from the chunk's corner on, so that numbers stay small
+    std::array<glm::dvec3, 3> corners{};
+    for (std::size_t corner = 0; corner < 3; ++corner)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            corners[corner][axis] =
+                static_cast<double>(triangle[corner][axis] - within.low[axis] * kSteps) /
+                static_cast<double>(kSteps);
+    const auto& indices = model.model.triangles[index];
+    const glm::dvec3 u = corners[1] - corners[0];
+    const glm::dvec3 v = corners[2] - corners[0];
+    const double uu = glm::dot(u, u);
+    const double uv = glm::dot(u, v);
+    const double vv = glm::dot(v, v);
+    const double gram = uu * vv - uv * uv;
+
+    constexpr auto kEdge = static_cast<std::int64_t>(kChunkEdge);
+    const VoxelRange own{{0, 0, 0}, {kEdge, kEdge, kEdge}};
+    forEachPiece(
+        corners, own, [&](std::int64_t x, std::int64_t y, std::int64_t z, const Piece& piece) {
+            WeightedVoxel& voxel = _grid.at(
+                static_cast<std::uint32_t>(x),
+                static_cast<std::uint32_t>(y),
+                static_cast<std::uint32_t>(z));
+            const Piece::Mass mass = piece.mass(normal);
+            const auto weight = static_cast<float>(mass.area);
+            const float counted = std::max(weight, kTrace);
+            voxel.area += weight;
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                voxel.normal[axis] += counted * direction[axis];
+            if (model.colours.empty())
+                return;
+            // barycentric coordinates of the centroid: colours are linear in a triangle
+            const glm::dvec3 offset = mass.centroid - corners[0];
+            const double du = glm::dot(offset, u);
+            const double dv = glm::dot(offset, v);
+            const double second = gram > 0 ? std::clamp((vv * du - uv * dv) / gram, 0.0, 1.0) : 0;
+            const double third =
+                gram > 0 ? std::clamp((uu * dv - uv * du) / gram, 0.0, 1.0 - second) : 0;
+            const auto b = static_cast<float>(second);
+            const auto c = static_cast<float>(third);
+            const float a = 1 - b - c;
+            for (std::size_t i = 0; i < 4; ++i)
+                voxel.colour[i] +=
+                    counted * (a * model.colours[indices[0]][i] + b * model.colours[indices[1]][i] +
+                               c * model.colours[indices[2]][i]);
+        });
+    forEachCrosshair(
+        triangle, within, [&](std::int64_t x, std::int64_t y, std::int64_t z, std::size_t) {
+            _grid
+                .at(static_cast<std::uint32_t>(x - within.low[0]),
+                    static_cast<std::uint32_t>(y - within.low[1]),
+                    static_cast<std::uint32_t>(z - within.low[2]))
+                .place |= kKept;
+        });
+}
+
+std::vector<WeightedVoxel> Rasteriser::run(
+    const LatticeModel& model,
+    const std::array<std::uint32_t, 3>& chunk,
+    std::span<const std::uint32_t> triangles,
+    Separability separability,
+    std::uint64_t& touched)
+{
+    VoxelRange within;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        within.low[axis] = static_cast<std::int64_t>(chunk[axis]) * kChunkEdge;
+        within.high[axis] = within.low[axis] + kChunkEdge;
+    }
+    _grid.clear();
+    for (const std::uint32_t index : triangles)
+        add(model, index, within);
+
+    touched += _grid.voxels().size();
+    std::vector<WeightedVoxel> voxels;
+    for (WeightedVoxel voxel : _grid.voxels()) {
+        if (separability == Separability::six && (voxel.place & kKept) == 0)
+            continue;
+        voxel.place &= ~kKept;
+        voxels.push_back(voxel);
+    }
+    std::ranges::sort(voxels, {}, &WeightedVoxel::order);
+    return voxels;
+}
+
+} // namespace isofront::voxels

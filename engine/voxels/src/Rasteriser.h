@@ -1,0 +1,45 @@
+#pragma once
+
+#include "LatticeTriangle.h"
+#include "VoxelGrid.h"
+
+#include <isofront/voxels/TriangleModel.h>
+
+#include <span>
+#include <vector>
+
+namespace isofront::voxels {
+
+/// A model's corners on the lattice.
+struct LatticeModel {
+    const TriangleModel& model;
+    VoxelLattice lattice;
+    std::vector<std::array<std::int32_t, 3>> points; ///< of the model's positions [steps]
+    std::vector<std::array<float, 4>> colours;       ///< linear, weighted by opacity; or none
+
+    [[nodiscard]] LatticeTriangle triangle(std::uint32_t index) const;
+};
+
+LatticeModel onLattice(const TriangleModel& model, const VoxelLattice& lattice);
+
+/// Turns triangles into the voxels of a chunk. Thread: one at a time.
+class Rasteriser {
+public:
+    /// @param chunk      its place among the chunks of level 0
+    /// @param triangles  those whose box meets the chunk, in increasing order
+    /// @param touched    how many cubes the triangles touch is added to it
+    /// @return the voxels, in their order, without faces
+    std::vector<WeightedVoxel>
+    run(const LatticeModel& model,
+        const std::array<std::uint32_t, 3>& chunk,
+        std::span<const std::uint32_t> triangles,
+        Separability separability,
+        std::uint64_t& touched);
+
+private:
+    void add(const LatticeModel& model, std::uint32_t index, const VoxelRange& within);
+
+    VoxelGrid _grid;
+};
+
+} // namespace isofront::voxels

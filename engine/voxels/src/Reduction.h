@@ -1,0 +1,33 @@
+#pragma once
+
+#include "WeightedVoxel.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace isofront::voxels {
+
+/// What reductions reuse.
+struct ReductionScratch {
+    std::vector<WeightedVoxel> gathered;
+    std::vector<std::uint64_t> keys; ///< place in the parent, then index
+    std::vector<std::uint64_t> sorted;
+};
+
+/// The voxels of a chunk from those of its eight children: one for each cube of two by two by two
+/// that holds any, with all faces that they show and the mean of their attributes. Each contains
+/// its children, so that nothing vanishes.
+///
+/// By sorting, finding where runs of equal places begin, and compacting them. The sums are taken in
+/// the order of children, so the result is the same wherever it is computed.
+///
+/// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
+/// section 3, "Level of detail".
+///
+/// @param children  in the order of ChunkKey::child; empty where there is none
+std::vector<WeightedVoxel>
+reduced(const std::array<std::span<const WeightedVoxel>, 8>& children, ReductionScratch& scratch);
+
+} // namespace isofront::voxels

@@ -1,0 +1,271 @@
+#include "Models.h"
+#include "support/Random.h"
+
+#include <isofront/voxels/Voxelization.h>
+
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <limits>
+
+namespace isofront::voxels {
+namespace {
+
+using Cube = std::array<int, 3>;
+
+struct Made {
+    VoxelizationReport report;
+    tests::KeptChunks kept;
+};
+
+std::unique_ptr<Made>
+make(const TriangleModel& model, const VoxelizationSettings& settings, std::size_t threads = 2)
+{
+    auto made = std::make_unique<Made>();
+    const auto jobs = core::makeJobs(core::JobsBackend::threads, threads);
+    const auto report = voxelize(model, settings, made->kept, *jobs);
+    EXPECT_TRUE(report) << report.error().message;
+    if (report)
+        made->report = *report;
+    return made;
+}
+
+/// The voxels of a level by their place in the whole model.
+std::map<Cube, Voxel> voxelsOf(const tests::KeptChunks& kept, std::uint32_t level)
+{
+    std::map<Cube, Voxel> voxels;
+    for (const auto& [key, chunk] : kept.chunks)
+        if (key.level == level)
+            for (const Voxel& v : chunk.voxels)
+                voxels[{
+                    static_cast<int>(key.x * kChunkEdge + v.x()),
+                    static_cast<int>(key.y * kChunkEdge + v.y()),
+                    static_cast<int>(key.z * kChunkEdge + v.z())}] = v;
+    return voxels;
+}
+
+/// All of a cube of space, and which of it can be reached from its border through what is empty.
+class Flood {
+public:
+    Flood(const std::map<Cube, Voxel>& voxels, int edge, bool diagonally)
+        : _edge(static_cast<std::size_t>(edge) + 2), _state(_edge * _edge * _edge)
+    {
+        for (const auto& [cube, voxel] : voxels)
+            at(cube) = kFull;
+        std::deque<Cube> front{{-1, -1, -1}};
+        at(front.front()) = kReached;
+        while (!front.empty()) {
+            const Cube here = front.front();
+            front.pop_front();
+            for (int z = -1; z <= 1; ++z)
+                for (int y = -1; y <= 1; ++y)
+                    for (int x = -1; x <= 1; ++x) {
+                        if (!diagonally && std::abs(x) + std::abs(y) + std::abs(z) != 1)
+                            continue;
+                        const Cube next{here[0] + x, here[1] + y, here[2] + z};
+                        if (std::ranges::any_of(next, [&](int c) { return c < -1 || c > edge; }))
+                            continue;
+                        if (at(next) == kEmpty) {
+                            at(next) = kReached;
+                            front.push_back(next);
+                        }
+                    }
+        }
+    }
+    [[nodiscard]] bool reaches(const Cube& cube) { return at(cube) == kReached; }
+
+private:
+    static constexpr char kEmpty = 0;
+    static constexpr char kFull = 1;
+    static constexpr char kReached = 2;
+    char& at(const Cube& c)
+    {
+        const auto place = [](int i) { return static_cast<std::size_t>(i + 1); };
+        return _state[place(c[0]) + _edge * (place(c[1]) + _edge * place(c[2]))];
+    }
+    std::size_t _edge;
+    std::vector<char> _state;
+};
+
+TEST(Voxelization, sixSeparatesAndConservativeSeparatesDiagonally)
+{
+    const TriangleModel model = tests::hillySphere(60, 10, 1.5, {3, -4, 5});
+    const auto six = make(model, {.resolution = 100});
+    const auto all = make(model, {.resolution = 100, .separability = Separability::conservative});
+    const auto sixVoxels = voxelsOf(six->kept, 0);
+    const auto allVoxels = voxelsOf(all->kept, 0);
+    EXPECT_EQ(six->report.voxels, sixVoxels.size());
+    EXPECT_EQ(six->report.touched, allVoxels.size());
+    for (const auto& [cube, voxel] : sixVoxels)
+        EXPECT_TRUE(allVoxels.contains(cube));
+    const double ratio =
+        static_cast<double>(allVoxels.size()) / static_cast<double>(sixVoxels.size());
+    EXPECT_GT(ratio, 1.5);
+    EXPECT_LT(ratio, 2.0);
+
+    const Cube middle{50, 50, 50};
+    EXPECT_FALSE(Flood(sixVoxels, 100, false).reaches(middle));
+    EXPECT_TRUE(Flood(sixVoxels, 100, true).reaches(middle));
+    EXPECT_FALSE(Flood(allVoxels, 100, true).reaches(middle));
+}
+
+TEST(Voxelization, facesAreThoseThatAFloodFromOutsideReaches)
+{
+    // over several chunks, with a cavity that is closed off, and a bowl that isn't
+    TriangleModel model = tests::hillySphere(90, 10, 1);
+    const TriangleModel inner = tests::hillySphere(40, 5, 0.5);
+    const auto offset = static_cast<std::uint32_t>(model.positions.size());
+    model.positions.insert(model.positions.end(), inner.positions.begin(), inner.positions.end());
+    for (const auto& t : inner.triangles)
+        model.triangles.push_back({t[0] + offset, t[2] + offset, t[1] + offset});
+    TriangleModel bowl = tests::hillySphere(40, 3, 0.2, {14, 0, 0});
+    const auto last = static_cast<std::uint32_t>(model.positions.size());
+    model.positions.insert(model.positions.end(), bowl.positions.begin(), bowl.positions.end());
+    for (const auto& t : bowl.triangles)
+        if (bowl.positions[t[0]].z < 1)
+            model.triangles.push_back({t[0] + last, t[1] + last, t[2] + last});
+
+    const auto made = make(model, {.resolution = 300});
+    EXPECT_EQ(made->report.lattice.levels, 2U);
+    EXPECT_GT(made->report.model.openEdges, 0U);
+    const auto voxels = voxelsOf(made->kept, 0);
+    Flood flood(voxels, 300, false);
+    EXPECT_FALSE(flood.reaches({126, 126, 126})); // the cavity
+    std::size_t faces = 0;
+    for (const auto& [cube, voxel] : voxels)
+        for (std::size_t face = 0; face < kFaces; ++face) {
+            const auto& step = kFaceSteps[face];
+            const bool seen =
+                flood.reaches({cube[0] + step[0], cube[1] + step[1], cube[2] + step[2]});
+            EXPECT_EQ((voxel.faces() >> face & 1) != 0, seen);
+            faces += seen ? 1U : 0U;
+        }
+    EXPECT_GT(faces, voxels.size());
+    // between the spheres, and inside the inner one
+    EXPECT_GE(made->report.emptyRegions, 2U);
+}
+
+TEST(Voxelization, givesTheSameChunksInTheSameOrderOnAnyNumberOfThreads)
+{
+    TriangleModel model = tests::hillySphere(50, 10, 2);
+    auto random = tests::random(4);
+    for (std::size_t i = 0; i < model.positions.size(); ++i)
+        model.colours.push_back(static_cast<std::uint32_t>(random()));
+    const auto one = make(model, {.resolution = 700}, 1);
+    const auto four = make(model, {.resolution = 700}, 4);
+    EXPECT_EQ(one->kept.order, four->kept.order);
+    EXPECT_EQ(one->kept.chunks, four->kept.chunks);
+    EXPECT_EQ(one->report.allVoxels, four->report.allVoxels);
+}
+
+TEST(Voxelization, coarserLevelsContainFinerOnesAndShowAllTheirFaces)
+{
+    const auto made = make(tests::hillySphere(80, 10, 2), {.resolution = 1000});
+    ASSERT_EQ(made->report.lattice.levels, 3U);
+    auto finer = voxelsOf(made->kept, 0);
+    std::uint64_t sum = finer.size();
+    for (std::uint32_t level = 1; level < 3; ++level) {
+        const auto coarser = voxelsOf(made->kept, level);
+        std::map<Cube, unsigned> masks;
+        for (const auto& [cube, voxel] : finer)
+            masks[{cube[0] / 2, cube[1] / 2, cube[2] / 2}] |= voxel.faces();
+        ASSERT_EQ(coarser.size(), masks.size());
+        for (const auto& [cube, voxel] : coarser)
+            EXPECT_EQ(voxel.faces(), masks.at(cube));
+        sum += coarser.size();
+        finer = coarser;
+    }
+    EXPECT_EQ(made->report.allVoxels, sum);
+    const double overhead = static_cast<double>(sum) / static_cast<double>(made->report.voxels);
+    EXPECT_GT(overhead, 1.25);
+    EXPECT_LT(overhead, 1.5);
+    for (std::size_t i = 0; i < made->kept.order.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            EXPECT_FALSE(
+                made->kept.order[j] == made->kept.order[i] ||
+                made->kept.order[j] == made->kept.order[i].parent())
+                << "children come before parents";
+}
+
+TEST(Voxelization, normalsAndColoursAreMeansByArea)
+{
+    // a plate across a corner of space, its colour linear along x
+    TriangleModel model;
+    model.positions = {{0, 0, 0}, {8, 0, 0}, {8, 8, 8}, {0, 8, 8}};
+    model.triangles = {{0, 1, 2}, {0, 2, 3}};
+    model.colours = {0xff000000U, 0xff0000ffU, 0xff0000ffU, 0xff000000U};
+    const auto made = make(model, {.resolution = 64, .separability = Separability::conservative});
+    const double half = std::sqrt(0.5);
+    for (const auto& [cube, voxel] : voxelsOf(made->kept, 0)) {
+        const glm::dvec3 normal = unpackNormal(voxel.normal);
+        EXPECT_NEAR(normal.x, 0, 2e-3);
+        EXPECT_NEAR(normal.y, -half, 2e-3);
+        EXPECT_NEAR(normal.z, half, 2e-3);
+    }
+    const Chunk& chunk = made->kept.chunks.begin()->second;
+    ASSERT_EQ(chunk.colours.size(), chunk.voxels.size());
+    for (std::size_t i = 0; i < chunk.voxels.size(); ++i) {
+        const double code = (chunk.colours[i] & 0xffU) / 255.0;
+        const double linear =
+            code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
+        const std::uint32_t x = chunk.voxels[i].x();
+        if (x > 0 && x < 63) {
+            EXPECT_NEAR(linear, (x + 0.25) / 63.5, 0.01);
+        }
+        EXPECT_EQ(chunk.colours[i] >> 24U, 255U);
+    }
+}
+
+TEST(Voxelization, whatIsWrongIsTold)
+{
+    tests::KeptChunks kept;
+    const auto jobs = core::makeJobs(core::JobsBackend::inlined);
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    TriangleModel model;
+    EXPECT_EQ(voxelize(model, {}, kept, *jobs).error().code, core::ErrorCode::badData);
+    model.positions = {{0, 0, 0}, {1, 0, 0}, {none, 1, 0}, {0, 1, 0}, {2, 2, 2}};
+    model.triangles = {{0, 1, 2}, {0, 1, 9}};
+    EXPECT_EQ(voxelize(model, {}, kept, *jobs).error().code, core::ErrorCode::badData);
+    EXPECT_EQ(voxelize(model, {.resolution = 0}, kept, *jobs).error().code, core::ErrorCode::usage);
+    EXPECT_EQ(
+        voxelize(model, {.resolution = kMaxResolution + 1}, kept, *jobs).error().code,
+        core::ErrorCode::usage);
+    EXPECT_TRUE(kept.chunks.empty());
+    model.triangles.push_back({0, 1, 3});
+    model.triangles.push_back({4, 4, 4});
+    const auto report = voxelize(model, {.resolution = 16}, kept, *jobs);
+    ASSERT_TRUE(report);
+    EXPECT_EQ(report->model.outOfRange, 1U);
+    EXPECT_EQ(report->model.notFinite, 1U);
+    EXPECT_EQ(report->model.degenerate, 1U);
+    EXPECT_EQ(report->model.openEdges, 3U);
+    EXPECT_FALSE(kept.chunks.empty());
+    const std::atomic<bool> cancelled = true;
+    tests::KeptChunks other;
+    EXPECT_EQ(
+        voxelize(model, {.resolution = 16}, other, *jobs, &cancelled).error().code,
+        core::ErrorCode::interrupted);
+    EXPECT_EQ(
+        voxelize(model, {.resolution = 16, .scratchFolder = "/nowhere"}, other, *jobs).error().code,
+        core::ErrorCode::inputOutput);
+}
+
+TEST(Normals, areKeptToATenthOfADegree)
+{
+    auto random = tests::random(5);
+    for (int trial = 0; trial < 10'000; ++trial) {
+        const glm::dvec3 direction(
+            tests::uniform(random, -1, 1),
+            tests::uniform(random, -1, 1),
+            tests::uniform(random, -1, 1));
+        const glm::dvec3 unit = glm::normalize(direction);
+        const double scale = std::pow(10.0, tests::uniform(random, -200, 200));
+        const glm::dvec3 back = unpackNormal(packNormal(scale * direction));
+        EXPECT_LT(glm::length(glm::cross(unit, back)), 0.12 * 3.15 / 180);
+        EXPECT_GT(glm::dot(unit, back), 0);
+    }
+    EXPECT_EQ(unpackNormal(packNormal(glm::dvec3(0))), glm::dvec3(0, 0, 1));
+}
+
+} // namespace
+} // namespace isofront::voxels
