@@ -30,6 +30,8 @@ struct VoxelLattice {
     double edge = 1;              ///< of a voxel of level 0 [world]
     std::uint32_t resolution = 0; ///< voxels along the longest edge of the model
     std::uint32_t levels = 1;     ///< of detail; the coarsest is one chunk
+
+    friend bool operator==(const VoxelLattice&, const VoxelLattice&) = default;
 };
 
 /// The lattice that fits a box, with a quarter of a voxel to spare at either end, so that walls

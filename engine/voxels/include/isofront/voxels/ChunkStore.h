@@ -1,0 +1,63 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+#include <isofront/voxels/ChunkSink.h>
+#include <isofront/voxels/Voxelization.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace isofront::voxels {
+
+/// What a model of chunks is, kept beside them.
+struct StoredModel {
+    std::string name;            ///< of what it was made from
+    VoxelLattice lattice;        ///< where its voxels lie
+    std::uint64_t voxels = 0;    ///< of level 0
+    std::uint64_t allVoxels = 0; ///< of all levels
+    std::uint64_t chunks = 0;    ///< of all levels
+    bool coloured = false;
+    Separability separability = Separability::six;
+
+    friend bool operator==(const StoredModel&, const StoredModel&) = default;
+};
+
+/// Where the chunks of a model are kept.
+///
+/// A store is written once: chunks first, in any order of keys, then what the model is. One that
+/// doesn't say so was not finished, and isn't opened for reading.
+///
+/// Thread: any number may read at once; one writes.
+class ChunkStore : public ChunkSink {
+public:
+    /// Says what the model is and makes everything durable. Nothing comes after it.
+    virtual std::optional<core::Error> finish(const StoredModel& model) = 0;
+
+    [[nodiscard]] virtual const StoredModel& model() const = 0;
+    /// The names of all chunks, by level, then by z, y and x.
+    [[nodiscard]] virtual std::vector<ChunkKey> keys() const = 0;
+    /// A chunk; nothing if the store has none of that name. A damaged one is `badData`, and its
+    /// message names it: its parent may stand for it.
+    [[nodiscard]] virtual core::Result<std::optional<Chunk>> get(const ChunkKey& key) const = 0;
+};
+
+/// A store in memory, for tests and for models that are not kept.
+std::unique_ptr<ChunkStore> memoryStore();
+
+/// A store in one LMDB file. What was committed, every few megabytes, survives if the process or
+/// the machine goes down; until `finish` the file has another name, with `.part` behind it.
+///
+/// Fails with `inputOutput` if the file can't be made or read, `badData` if it is something else,
+/// newer, or unfinished.
+core::Result<std::unique_ptr<ChunkStore>> createStore(const std::filesystem::path& path);
+core::Result<std::unique_ptr<ChunkStore>> openStore(const std::filesystem::path& path);
+
+/// A store in a folder, a file for each chunk: for web servers and for those who look.
+core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesystem::path& path);
+core::Result<std::unique_ptr<ChunkStore>> openFolderStore(const std::filesystem::path& path);
+
+} // namespace isofront::voxels

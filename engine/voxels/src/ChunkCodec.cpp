@@ -1,0 +1,176 @@
+#include "ChunkCodec.h"
+
+#include <nlohmann/json.hpp>
+#include <zlib.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <string_view>
+
+namespace isofront::voxels {
+
+namespace {
+
+static_assert(
+    std::endian::native == std::endian::little, "chunks are stored as they lie in memory");
+
+constexpr std::uint32_t kMagic = 0x43564649; // "IFVC"
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kMostVoxels = std::size_t{kChunkEdge} * kChunkEdge * kChunkEdge;
+
+struct Header {
+    std::uint32_t magic = kMagic;
+    std::uint32_t version = kVersion;
+    std::uint32_t level = 0;
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+    std::uint32_t z = 0;
+    std::uint32_t voxels = 0; ///< how many; the highest bit says that there are colours
+    std::uint32_t checksum = 0;
+};
+static_assert(sizeof(Header) == 32);
+constexpr std::uint32_t kColoured = 1U << 31U;
+
+std::uint32_t checksumOf(Header header, std::span<const std::byte> rest)
+{
+    header.checksum = 0;
+    const auto add = [](uLong sum, std::span<const std::byte> bytes) {
+        return ::crc32_z(sum, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    };
+    uLong sum = ::crc32_z(0, nullptr, 0);
+    sum = add(sum, std::as_bytes(std::span(&header, 1)));
+    return static_cast<std::uint32_t>(add(sum, rest));
+}
+
+core::Error damaged(const std::string& what)
+{
+    return {core::ErrorCode::badData, what};
+}
+
+} // namespace
+
+std::string nameOf(const ChunkKey& key)
+{
+    return "chunk " + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
+           std::to_string(key.z) + " of level " + std::to_string(key.level);
+}
+
+std::vector<std::byte> encoded(const Chunk& chunk)
+{
+    std::vector<std::byte> bytes(sizeof(Header) + chunk.bytes());
+    const std::size_t voxelBytes = chunk.voxels.size() * sizeof(Voxel);
+    std::byte* const body = bytes.data() + sizeof(Header);
+    if (!chunk.voxels.empty())
+        std::memcpy(body, chunk.voxels.data(), voxelBytes);
+    if (!chunk.colours.empty())
+        std::memcpy(body + voxelBytes, chunk.colours.data(), chunk.bytes() - voxelBytes);
+    Header header;
+    header.level = chunk.key.level;
+    header.x = chunk.key.x;
+    header.y = chunk.key.y;
+    header.z = chunk.key.z;
+    header.voxels =
+        static_cast<std::uint32_t>(chunk.voxels.size()) | (chunk.colours.empty() ? 0 : kColoured);
+    header.checksum = checksumOf(header, std::span(bytes).subspan(sizeof(Header)));
+    std::memcpy(bytes.data(), &header, sizeof(Header));
+    return bytes;
+}
+
+core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKey& key)
+{
+    const auto fail = [&](const std::string& what) -> core::Result<Chunk> {
+        return tl::unexpected(damaged(nameOf(key) + " is damaged: " + what));
+    };
+    Header header;
+    if (bytes.size() < sizeof(Header))
+        return fail("it ends within its header");
+    std::memcpy(&header, bytes.data(), sizeof(Header));
+    if (header.magic != kMagic)
+        return fail("it doesn't begin as a chunk");
+    if (header.version != kVersion)
+        return fail("its version is " + std::to_string(header.version) + ", not 1");
+    if (ChunkKey{header.level, header.x, header.y, header.z} != key)
+        return fail("it is " + nameOf({header.level, header.x, header.y, header.z}));
+    const std::size_t count = header.voxels & ~kColoured;
+    const bool coloured = (header.voxels & kColoured) != 0;
+    const std::span<const std::byte> body = bytes.subspan(sizeof(Header));
+    if (count == 0 || count > kMostVoxels ||
+        body.size() != count * (sizeof(Voxel) + (coloured ? sizeof(std::uint32_t) : 0)))
+        return fail(
+            "it has " + std::to_string(body.size()) + " bytes for " + std::to_string(count) +
+            " voxels");
+    if (checksumOf(header, body) != header.checksum)
+        return fail("its checksum is wrong");
+    Chunk chunk;
+    chunk.key = key;
+    chunk.voxels.resize(count);
+    std::memcpy(chunk.voxels.data(), body.data(), count * sizeof(Voxel));
+    if (coloured) {
+        chunk.colours.resize(count);
+        std::memcpy(
+            chunk.colours.data(),
+            body.data() + count * sizeof(Voxel),
+            count * sizeof(std::uint32_t));
+    }
+    for (std::size_t i = 1; i < count; ++i)
+        if (chunk.voxels[i].order() <= chunk.voxels[i - 1].order())
+            return fail("its voxels are not in order");
+    return chunk;
+}
+
+std::string encoded(const StoredModel& model)
+{
+    nlohmann::ordered_json json;
+    json["format"] = "isofront-voxels";
+    json["version"] = kVersion;
+    json["name"] = model.name;
+    json["origin"] = {model.lattice.origin.x, model.lattice.origin.y, model.lattice.origin.z};
+    json["voxel_edge"] = model.lattice.edge;
+    json["resolution"] = model.lattice.resolution;
+    json["levels"] = model.lattice.levels;
+    json["voxels"] = model.voxels;
+    json["all_voxels"] = model.allVoxels;
+    json["chunks"] = model.chunks;
+    json["coloured"] = model.coloured;
+    json["separability"] = model.separability == Separability::six ? "six" : "conservative";
+    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+core::Result<StoredModel> decodedModel(std::string_view text)
+{
+    const auto fail = [](const std::string& what) -> core::Result<StoredModel> {
+        return tl::unexpected(damaged("the description of the model is damaged: " + what));
+    };
+    const auto json = nlohmann::json::parse(text, nullptr, false);
+    if (!json.is_object() || json.value("format", "") != "isofront-voxels")
+        return fail("it is not one");
+    try {
+        if (const auto version = json.at("version").get<std::int64_t>(); version != kVersion)
+            return tl::unexpected(damaged(
+                "its version is " + std::to_string(version) + "; this program reads version 1"));
+        StoredModel model;
+        model.name = json.at("name").get<std::string>();
+        const auto origin = json.at("origin").get<std::array<double, 3>>();
+        model.lattice.origin = {origin[0], origin[1], origin[2]};
+        model.lattice.edge = json.at("voxel_edge").get<double>();
+        model.lattice.resolution = json.at("resolution").get<std::uint32_t>();
+        model.lattice.levels = json.at("levels").get<std::uint32_t>();
+        model.voxels = json.at("voxels").get<std::uint64_t>();
+        model.allVoxels = json.at("all_voxels").get<std::uint64_t>();
+        model.chunks = json.at("chunks").get<std::uint64_t>();
+        model.coloured = json.at("coloured").get<bool>();
+        model.separability = json.at("separability").get<std::string>() == "six"
+                                 ? Separability::six
+                                 : Separability::conservative;
+        if (!(model.lattice.edge > 0) || model.lattice.resolution < 1 ||
+            model.lattice.resolution > kMaxResolution || model.lattice.levels < 1 ||
+            model.lattice.levels > 9)
+            return fail("its lattice makes no sense");
+        return model;
+    } catch (const nlohmann::json::exception&) {
+        return fail("a part is missing, or of another kind");
+    }
+}
+
+} // namespace isofront::voxels

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+#include <isofront/voxels/ChunkStore.h>
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace isofront::voxels {
+
+/// A chunk as it lies in stores: a header of 32 bytes (magic number, version, key, counts, checksum
+/// of what follows and of the header), the voxels, the colours; all little-endian.
+std::vector<std::byte> encoded(const Chunk& chunk);
+
+/// Reads one back, trusting nothing: `badData`, with what is wrong, for bytes that `encoded`
+/// doesn't give for a chunk of that key.
+core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKey& key);
+
+/// What a model is, as a line of JSON with a checksum.
+std::string encoded(const StoredModel& model);
+core::Result<StoredModel> decodedModel(std::string_view text);
+
+/// A key in words, for messages: "chunk 3, 0, 7 of level 2".
+std::string nameOf(const ChunkKey& key);
+
+} // namespace isofront::voxels

@@ -1,0 +1,187 @@
+#include "ChunkCodec.h"
+
+#include <isofront/voxels/ChunkStore.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <tuple>
+
+namespace isofront::voxels {
+
+namespace {
+
+constexpr const char* kModelFile = "model.json";
+constexpr std::string_view kExtension = ".chunk";
+/// Larger files than any chunk's are not read.
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 28U;
+
+core::Error unusable(const std::filesystem::path& path, const std::string& why)
+{
+    return {core::ErrorCode::inputOutput, path.string() + ": " + why};
+}
+
+/// Writes a file whole: beside its place first.
+std::optional<core::Error>
+writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes)
+{
+    const std::filesystem::path part = path.string() + ".part";
+    {
+        std::ofstream file(part, std::ios::binary | std::ios::trunc);
+        file.write(
+            reinterpret_cast<const char*>(bytes.data()),
+            static_cast<std::streamsize>(bytes.size()));
+        if (!file.flush())
+            return unusable(part, "can't be written; is the disk full?");
+    }
+    std::error_code failed;
+    std::filesystem::rename(part, path, failed);
+    if (failed)
+        return unusable(path, "can't be given its name: " + failed.message());
+    return std::nullopt;
+}
+
+core::Result<std::optional<std::vector<std::byte>>> readWhole(const std::filesystem::path& path)
+{
+    std::error_code failed;
+    const auto size = std::filesystem::file_size(path, failed);
+    if (failed == std::errc::no_such_file_or_directory)
+        return std::optional<std::vector<std::byte>>();
+    if (failed)
+        return tl::unexpected(unusable(path, failed.message()));
+    if (size > kMostBytes)
+        return core::failure(
+            core::ErrorCode::badData,
+            path.string() + ": " + std::to_string(size) + " bytes are more than a chunk has");
+    std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+    std::ifstream file(path, std::ios::binary);
+    if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+        return tl::unexpected(unusable(path, "can't be read"));
+    return std::optional(std::move(bytes));
+}
+
+/// Three numbers of "z-y-x", or nothing.
+std::optional<std::array<std::uint32_t, 3>> numbersOf(std::string_view name)
+{
+    std::array<std::uint32_t, 3> numbers{};
+    const char* at = name.data();
+    const char* const end = at + name.size();
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (i > 0 && (at == end || *at++ != '-'))
+            return std::nullopt;
+        const auto [next, error] = std::from_chars(at, end, numbers[i]);
+        if (error != std::errc())
+            return std::nullopt;
+        at = next;
+    }
+    return at == end ? std::optional(numbers) : std::nullopt;
+}
+
+class FolderStore : public ChunkStore {
+public:
+    explicit FolderStore(std::filesystem::path path) : _path(std::move(path)) {}
+
+    std::optional<core::Error> open()
+    {
+        const auto bytes = readWhole(_path / kModelFile);
+        if (!bytes)
+            return bytes.error();
+        if (!*bytes)
+            return core::Error{
+                core::ErrorCode::badData,
+                _path.string() + ": has no " + kModelFile +
+                    ": it is not a model, or was not finished"};
+        const auto model =
+            decodedModel({reinterpret_cast<const char*>((*bytes)->data()), (*bytes)->size()});
+        if (!model)
+            return model.error().within((_path / kModelFile).string());
+        _model = *model;
+        return std::nullopt;
+    }
+
+    std::optional<core::Error> put(Chunk chunk) override
+    {
+        const std::filesystem::path file = fileOf(chunk.key);
+        std::error_code failed;
+        std::filesystem::create_directories(file.parent_path(), failed);
+        if (failed)
+            return unusable(file.parent_path(), "can't be made: " + failed.message());
+        return writeWhole(file, encoded(chunk));
+    }
+    std::optional<core::Error> finish(const StoredModel& model) override
+    {
+        _model = model;
+        const std::string text = encoded(model) + "\n";
+        return writeWhole(_path / kModelFile, std::as_bytes(std::span(text)));
+    }
+
+    [[nodiscard]] const StoredModel& model() const override { return _model; }
+
+    [[nodiscard]] std::vector<ChunkKey> keys() const override
+    {
+        std::vector<ChunkKey> keys;
+        for (std::uint32_t level = 0; level < _model.lattice.levels; ++level) {
+            std::error_code failed;
+            for (const auto& entry :
+                 std::filesystem::directory_iterator(_path / std::to_string(level), failed)) {
+                if (entry.path().extension() != kExtension)
+                    continue;
+                if (const auto numbers = numbersOf(entry.path().stem().string()))
+                    keys.push_back({level, (*numbers)[2], (*numbers)[1], (*numbers)[0]});
+            }
+        }
+        std::ranges::sort(
+            keys, {}, [](const ChunkKey& k) { return std::tuple(k.level, k.z, k.y, k.x); });
+        return keys;
+    }
+
+    [[nodiscard]] core::Result<std::optional<Chunk>> get(const ChunkKey& key) const override
+    {
+        const auto bytes = readWhole(fileOf(key));
+        if (!bytes)
+            return tl::unexpected(bytes.error());
+        if (!*bytes)
+            return std::optional<Chunk>();
+        auto chunk = decodedChunk(**bytes, key);
+        if (!chunk)
+            return tl::unexpected(chunk.error().within(_path.string()));
+        return std::optional(std::move(*chunk));
+    }
+
+private:
+    [[nodiscard]] std::filesystem::path fileOf(const ChunkKey& key) const
+    {
+        std::string name =
+            std::to_string(key.z) + "-" + std::to_string(key.y) + "-" + std::to_string(key.x);
+        name += kExtension;
+        return _path / std::to_string(key.level) / name;
+    }
+
+    std::filesystem::path _path;
+    StoredModel _model;
+};
+
+} // namespace
+
+core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesystem::path& path)
+{
+    std::error_code failed;
+    std::filesystem::create_directory(path, failed);
+    if (failed || !std::filesystem::is_directory(path))
+        return tl::unexpected(
+            unusable(path, failed ? "can't be made: " + failed.message() : "is not a folder"));
+    if (!std::filesystem::is_empty(path, failed))
+        return core::failure(
+            core::ErrorCode::usage, path.string() + ": is not empty; name a new folder");
+    return std::make_unique<FolderStore>(path);
+}
+
+core::Result<std::unique_ptr<ChunkStore>> openFolderStore(const std::filesystem::path& path)
+{
+    auto store = std::make_unique<FolderStore>(path);
+    if (auto failed = store->open())
+        return tl::unexpected(*failed);
+    return std::unique_ptr<ChunkStore>(std::move(store));
+}
+
+} // namespace isofront::voxels

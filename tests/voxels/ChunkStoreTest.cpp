@@ -1,0 +1,192 @@
+#include "ChunkCodec.h"
+#include "Models.h"
+#include "support/Random.h"
+#include "support/TemporaryFolder.h"
+
+#include <isofront/voxels/ChunkStore.h>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <tuple>
+
+namespace isofront::voxels {
+namespace {
+
+Chunk anyChunk(std::mt19937_64& random, const ChunkKey& key, bool coloured)
+{
+    Chunk chunk;
+    chunk.key = key;
+    std::set<std::uint32_t> places;
+    const std::size_t count = 1 + tests::below(random, 3000);
+    while (places.size() < count)
+        places.insert(static_cast<std::uint32_t>(tests::below(random, 1U << 24U)));
+    for (const std::uint32_t place : places) {
+        chunk.voxels.push_back(
+            {place | static_cast<std::uint32_t>(tests::below(random, 64)) << 24U,
+             static_cast<std::uint32_t>(tests::below(random, 1U << 30U))});
+        if (coloured)
+            chunk.colours.push_back(static_cast<std::uint32_t>(random()));
+    }
+    return chunk;
+}
+
+StoredModel anyModel()
+{
+    StoredModel model;
+    model.name = "dragon \"of\" Stanford \xc3\xa4";
+    model.lattice = {{0.1, -1e9, 1e-30}, 0.1 + 0.2, 777, 3};
+    model.voxels = 1;
+    model.allVoxels = std::uint64_t{1} << 60U;
+    model.chunks = 3;
+    model.coloured = true;
+    model.separability = Separability::conservative;
+    return model;
+}
+
+struct Kind {
+    const char* name;
+    std::function<core::Result<std::unique_ptr<ChunkStore>>(const std::filesystem::path&)> create;
+    std::function<core::Result<std::unique_ptr<ChunkStore>>(const std::filesystem::path&)> open;
+};
+
+class Stores : public testing::TestWithParam<int> {
+protected:
+    static Kind kind()
+    {
+        return GetParam() == 0 ? Kind{"lmdb", createStore, openStore}
+                               : Kind{"folder", createFolderStore, openFolderStore};
+    }
+    tests::TemporaryFolder folder;
+};
+
+TEST_P(Stores, giveBackWhatTheyWereGiven)
+{
+    auto random = tests::random(1);
+    const std::filesystem::path path = folder.path("model");
+    std::map<ChunkKey, Chunk> chunks;
+    {
+        auto store = kind().create(path);
+        ASSERT_TRUE(store) << store.error().message;
+        for (int i = 0; i < 40; ++i) {
+            const ChunkKey key{
+                static_cast<std::uint32_t>(tests::below(random, 3)),
+                static_cast<std::uint32_t>(tests::below(random, 300)),
+                static_cast<std::uint32_t>(tests::below(random, 3)),
+                static_cast<std::uint32_t>(tests::below(random, 70000))};
+            if (chunks.contains(key))
+                continue;
+            chunks[key] = anyChunk(random, key, i % 2 == 0);
+            ASSERT_FALSE((*store)->put(chunks[key]));
+        }
+        ASSERT_FALSE((*store)->finish(anyModel()));
+    }
+    const auto store = kind().open(path);
+    ASSERT_TRUE(store) << store.error().message;
+    EXPECT_EQ((*store)->model(), anyModel());
+    std::vector<ChunkKey> keys;
+    for (const auto& [key, chunk] : chunks)
+        keys.push_back(key);
+    std::ranges::sort(
+        keys, {}, [](const ChunkKey& k) { return std::tuple(k.level, k.z, k.y, k.x); });
+    EXPECT_EQ((*store)->keys(), keys);
+    for (const auto& [key, chunk] : chunks) {
+        const auto read = (*store)->get(key);
+        ASSERT_TRUE(read) << read.error().message;
+        ASSERT_TRUE(*read);
+        EXPECT_EQ(**read, chunk);
+    }
+    const auto none = (*store)->get({2, 1000, 0, 0});
+    ASSERT_TRUE(none);
+    EXPECT_FALSE(*none);
+}
+
+TEST_P(Stores, thatWereNotFinishedAreNotOpened)
+{
+    auto random = tests::random(2);
+    const std::filesystem::path path = folder.path("model");
+    EXPECT_EQ(
+        kind().open(path).error().code,
+        GetParam() == 0 ? core::ErrorCode::inputOutput : core::ErrorCode::badData);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        auto store = kind().create(path);
+        for (std::uint32_t i = 0; i < 20; ++i)
+            (void)(*store)->put(anyChunk(random, {0, i, 0, 0}, true));
+        ::kill(::getpid(), SIGKILL);
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    EXPECT_FALSE(kind().open(path));
+}
+
+TEST_P(Stores, nameTheirReason)
+{
+    EXPECT_EQ(kind().create("/nowhere/at/all").error().code, core::ErrorCode::inputOutput);
+    const std::filesystem::path text = folder.file("text", std::string(10'000, 'x'));
+    const auto opened = kind().open(text);
+    ASSERT_FALSE(opened);
+    EXPECT_NE(opened.error().message.find(text.string()), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Stores, testing::Values(0, 1), [](const auto& kind) {
+    return kind.param == 0 ? "lmdb" : "folder";
+});
+
+TEST(LmdbStore, keepsAnEarlierModelUntilTheNextIsFinished)
+{
+    tests::TemporaryFolder folder;
+    auto random = tests::random(3);
+    const std::filesystem::path path = folder.path("model");
+    StoredModel model = anyModel();
+    for (const char* name : {"first", "second"}) {
+        model.name = name;
+        auto store = createStore(path);
+        ASSERT_TRUE(store);
+        ASSERT_FALSE((*store)->put(anyChunk(random, {0, 1, 2, 3}, false)));
+        if (name == std::string("first")) { // the second is given up
+            ASSERT_FALSE((*store)->finish(model));
+        }
+    }
+    const auto store = openStore(path);
+    ASSERT_TRUE(store) << store.error().message;
+    EXPECT_EQ((*store)->model().name, "first");
+}
+
+TEST(Chunks, thatAreDamagedAreRefused)
+{
+    auto random = tests::random(4);
+    const ChunkKey key{1, 2, 3, 4};
+    const Chunk chunk = anyChunk(random, key, true);
+    const std::vector<std::byte> bytes = encoded(chunk);
+    ASSERT_EQ(*decodedChunk(bytes, key), chunk);
+    EXPECT_FALSE(decodedChunk(bytes, {1, 2, 3, 5}));
+    for (int trial = 0; trial < tests::trials(2000); ++trial) {
+        std::vector<std::byte> other = bytes;
+        if (trial % 4 == 0)
+            other.resize(tests::below(random, bytes.size()));
+        else
+            other[tests::below(random, trial % 2 == 0 ? 32 : bytes.size())] ^=
+                static_cast<std::byte>(1 + tests::below(random, 255));
+        const auto read = decodedChunk(other, key);
+        ASSERT_FALSE(read) << trial;
+        EXPECT_EQ(read.error().code, core::ErrorCode::badData);
+        EXPECT_NE(read.error().message.find("chunk 2, 3, 4 of level 1"), std::string::npos);
+    }
+    const std::string model = encoded(anyModel());
+    EXPECT_EQ(*decodedModel(model), anyModel());
+    for (int trial = 0; trial < tests::trials(2000); ++trial) {
+        std::string other = model;
+        other[tests::below(random, other.size())] = static_cast<char>(random());
+        (void)decodedModel(other); // whatever it says, it returns
+    }
+}
+
+} // namespace
+} // namespace isofront::voxels
