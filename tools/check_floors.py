@@ -20,7 +20,7 @@ FLOORS = {
     "extractor": ("extractor/mesh", ["core", "hierarchy", "fields"]),
     "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
     "voxels": ("engine/voxels", ["core", "fields"]),
-    "exchange": ("engine/exchange", ["core", "surface"]),
+    "exchange": ("engine/exchange", ["core", "raster", "surface", "voxels"]),
     "charts": ("charts", []),
     "bench": (
         "bench",

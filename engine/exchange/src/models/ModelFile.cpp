@@ -1,0 +1,53 @@
+#include "ModelFormats.h"
+
+#include <isofront/exchange/ModelFile.h>
+#include <isofront/raster/FileBytes.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace isofront::exchange {
+
+namespace {
+
+/// Larger files, once unpacked, are not read.
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 36U;
+
+/// The extension in small letters, that of the packed file if it is gzipped.
+std::string formatOf(std::filesystem::path path)
+{
+    const auto small = [](std::string text) {
+        std::ranges::transform(
+            text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        return text;
+    };
+    if (small(path.extension().string()) == ".gz")
+        path = path.stem();
+    return small(path.extension().string());
+}
+
+} // namespace
+
+core::Result<voxels::TriangleModel> readModel(const std::filesystem::path& path)
+{
+    const std::string format = formatOf(path);
+    const auto reader = format == ".ply"   ? readPly
+                        : format == ".stl" ? readStl
+                        : format == ".obj" ? readObj
+                                           : nullptr;
+    if (reader == nullptr)
+        return core::failure(
+            core::ErrorCode::usage,
+            path.string() + ": meshes are read from .ply, .stl and .obj files, gzipped or not");
+    if (auto readable = raster::checkReadable(path); !readable)
+        return tl::unexpected(readable.error().within(path.string()));
+    const auto bytes = raster::readFileBytes(path, kMostBytes);
+    if (!bytes)
+        return tl::unexpected(bytes.error().within(path.string()));
+    auto model = reader(*bytes);
+    if (!model)
+        return tl::unexpected(model.error().within(path.string()));
+    return model;
+}
+
+} // namespace isofront::exchange

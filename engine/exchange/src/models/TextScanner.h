@@ -1,0 +1,79 @@
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace isofront::exchange {
+
+/// Words and numbers of a text file, line by line.
+class TextScanner {
+public:
+    explicit TextScanner(std::span<const std::byte> bytes)
+        : _text(reinterpret_cast<const char*>(bytes.data()), bytes.size())
+    {
+    }
+
+    /// Goes to the next line; false at the end.
+    bool nextLine()
+    {
+        if (_next >= _text.size())
+            return false;
+        const std::size_t end = std::min(_text.find('\n', _next), _text.size());
+        _rest = _text.substr(_next, end - _next);
+        _next = end + 1;
+        ++_line;
+        return true;
+    }
+    /// The next word of the line; empty at its end.
+    std::string_view word()
+    {
+        const auto isBlank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+        while (!_rest.empty() && isBlank(_rest.front()))
+            _rest.remove_prefix(1);
+        std::size_t length = 0;
+        while (length < _rest.size() && !isBlank(_rest[length]))
+            ++length;
+        const std::string_view word = _rest.substr(0, length);
+        _rest.remove_prefix(length);
+        return word;
+    }
+    /// The next word as a number; nothing if it isn't one. Infinite and undefined ones are numbers.
+    template <typename T>
+    std::optional<T> number()
+    {
+        return numberOf<T>(word());
+    }
+    template <typename T>
+    static std::optional<T> numberOf(std::string_view word)
+    {
+        if (!word.empty() && word.front() == '+')
+            word.remove_prefix(1);
+        T value{};
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        // too large or too small for the type is rounded as far as it goes
+        if (error == std::errc::invalid_argument || end != word.data() + word.size())
+            return std::nullopt;
+        return value;
+    }
+
+    [[nodiscard]] std::size_t line() const { return _line; }
+    /// Where the next line begins.
+    [[nodiscard]] std::size_t position() const { return _next; }
+    /// "line 12: what"
+    [[nodiscard]] std::string at(const std::string& what) const
+    {
+        return "line " + std::to_string(_line) + ": " + what;
+    }
+
+private:
+    std::string_view _text;
+    std::string_view _rest;
+    std::size_t _next = 0;
+    std::size_t _line = 0;
+};
+
+} // namespace isofront::exchange
