@@ -10,16 +10,16 @@
 namespace isofront::surface {
 namespace {
 
-/// The hills of a field that takes its time.
-class SlowHills final : public fields::Field {
+/// The hills of a field that answers only as often as it is allowed to.
+class GatedHills final : public fields::Field {
 public:
-    explicit SlowHills(std::chrono::microseconds pause) : _pause(pause) {}
-
     void sample(const fields::SampleBatch& batch, std::span<float> values) const override
     {
-        while (!open)
+        ++waiting;
+        for (int left = answers; left == 0 || !answers.compare_exchange_weak(left, left - 1);
+             left = answers)
             std::this_thread::sleep_for(std::chrono::microseconds(100));
-        std::this_thread::sleep_for(_pause);
+        --waiting;
         Hills().sample(batch, values);
     }
     [[nodiscard]] core::Interval bounds(const core::Box& box, core::Interval radius) const override
@@ -28,10 +28,14 @@ public:
     }
     [[nodiscard]] double differenceStep(double) const override { return 1e-4; }
 
-    std::atomic<bool> open{true};
+    mutable std::atomic<int> answers{0};
+    mutable std::atomic<int> waiting{0};
+};
 
-private:
-    std::chrono::microseconds _pause;
+/// Lets jobs that wait for an answer come to their end, however a test ends.
+struct OpenAtLast {
+    GatedHills& field;
+    ~OpenAtLast() { field.answers = 1'000'000; }
 };
 
 TEST(SharedJobs, areLetGoByTheThreadThatOwnsTheSurface)
@@ -93,23 +97,36 @@ TEST(SharedJobs, serveAllSurfacesInTurn)
 {
     for (const auto backend : {core::JobsBackend::threads, core::JobsBackend::automatic}) {
         const auto jobs = jobsOf(backend, 1);
+        const auto field = std::make_shared<GatedHills>();
         SurfaceOptions options = smallOptions();
-        Surface busy(
-            std::make_shared<SlowHills>(std::chrono::microseconds(500)), {}, options, jobs);
+        Surface busy(field, {}, options, jobs);
         const hierarchy::View view = viewFrom({0.4, 0.3, 0.6});
-        for (int i = 0; i < 1000 && busy.stats().pendingCells < 300; ++i) {
+        const OpenAtLast opening{*field};
+        for (int i = 0; i < 1000 && busy.stats().pendingCells < 300; ++i)
             busy.update(view, {.milliseconds = 20});
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
         ASSERT_GE(busy.stats().pendingCells, 300U);
 
+        // How many answers the busy one is given, one at a time, until the other has its delta.
+        int given = 0;
+        const auto deltaOf = [&](Surface& surface) {
+            for (;;) {
+                const Delta delta = surface.update(view, {.milliseconds = 1000});
+                if (!delta.isEmpty() || given > 10'000)
+                    return delta;
+                if (field->waiting > 0 && field->answers == 0) {
+                    field->answers = 1;
+                    ++given;
+                }
+                std::this_thread::sleep_for(std::chrono::microseconds(100));
+            }
+        };
         options.maxLevel = 3;
         Surface other(std::make_shared<Hills>(), {}, options, jobs);
-        EXPECT_FALSE(nextDelta(other, view).isEmpty());
+        EXPECT_FALSE(deltaOf(other).isEmpty());
         EXPECT_GT(busy.stats().pendingCells, 100U) << "it had to wait for all of the other's work";
         // a whole surface takes its turns as well, and leaves others theirs
         other.setIsovalue(0.01);
-        EXPECT_FALSE(nextDelta(other, view).isEmpty());
+        EXPECT_FALSE(deltaOf(other).isEmpty());
         EXPECT_GT(busy.stats().pendingCells, 50U);
     }
 }
