@@ -33,6 +33,16 @@ Chunk anyChunk(std::mt19937_64& random, const ChunkKey& key, bool coloured)
         if (coloured)
             chunk.colours.push_back(static_cast<std::uint32_t>(random()));
     }
+    if (tests::below(random, 2) == 0)
+        return chunk;
+    for (std::uint32_t voxel = 0; voxel < chunk.voxels.size(); voxel += 7) {
+        const auto mask = static_cast<std::uint32_t>(1 + tests::below(random, 63));
+        const auto first = static_cast<std::uint32_t>(chunk.faceAttributes.size());
+        chunk.faceSets.push_back({voxel, first | mask << 26U});
+        for (int i = 0; i < std::popcount(mask); ++i)
+            chunk.faceAttributes.push_back(
+                {static_cast<std::uint32_t>(random()), static_cast<std::uint32_t>(random())});
+    }
     return chunk;
 }
 
@@ -159,11 +169,58 @@ TEST(LmdbStore, keepsAnEarlierModelUntilTheNextIsFinished)
     EXPECT_EQ((*store)->model().name, "first");
 }
 
+TEST(Chunks, knowTheAttributesOfEachFace)
+{
+    Chunk chunk;
+    for (std::uint32_t i = 0; i < 10; ++i) {
+        chunk.voxels.push_back({packPlace(i, 0, 0, 0x15), 100 + i});
+        chunk.colours.push_back(200 + i);
+    }
+    EXPECT_TRUE(facesOfEach(chunk).empty());
+    chunk.faceAttributes = {{1, 2}, {3, 4}, {5, 6}, {7, 8}};
+    chunk.faceSets = {{2, 0U | 0x15U << 26U}, {7, 1U | 0x20U << 26U}, {9, 3U | 0x01U << 26U}};
+    // the faces of a mask in turn, and all others as the voxel
+    const std::map<std::pair<std::size_t, std::size_t>, FaceAttributes> own{
+        {{2, 0}, {1, 2}}, {{2, 2}, {3, 4}}, {{2, 4}, {5, 6}}, {{7, 5}, {3, 4}}, {{9, 0}, {7, 8}}};
+    const std::vector<std::uint32_t> faces = facesOfEach(chunk);
+    ASSERT_EQ(faces.size(), chunk.voxels.size());
+    for (std::size_t voxel = 0; voxel < chunk.voxels.size(); ++voxel)
+        for (std::size_t face = 0; face < kFaces; ++face) {
+            const auto found = own.find({voxel, face});
+            const auto n = static_cast<std::uint32_t>(voxel);
+            const FaceAttributes expected =
+                found == own.end() ? FaceAttributes{100 + n, 200 + n} : found->second;
+            EXPECT_EQ(attributesOf(chunk, voxel, static_cast<Face>(face)), expected);
+            EXPECT_EQ((FaceSet{n, faces[voxel]}.mask() >> face & 1) != 0, found != own.end());
+        }
+    chunk.colours.clear();
+    EXPECT_EQ(attributesOf(chunk, 1, Face::lowX), (FaceAttributes{101, 0}));
+}
+
+TEST(Chunks, whoseFaceSetsMakeNoSenseAreRefused)
+{
+    Chunk chunk;
+    chunk.voxels = {{packPlace(0, 0, 0, 1), 0}, {packPlace(1, 0, 0, 1), 0}};
+    chunk.faceAttributes = {{1, 2}, {3, 4}};
+    const auto isRefused = [&](const std::vector<FaceSet>& sets) {
+        chunk.faceSets = sets;
+        return !decodedChunk(encoded(chunk), chunk.key);
+    };
+    EXPECT_FALSE(isRefused({{0, 0x21U << 26U}, {1, 1U | 0x01U << 26U}}));
+    EXPECT_TRUE(isRefused({{1, 0x21U << 26U}, {0, 0x01U << 26U}}));
+    EXPECT_TRUE(isRefused({{1, 0x21U << 26U}, {1, 0x01U << 26U}}));
+    EXPECT_TRUE(isRefused({{2, 0x01U << 26U}}));
+    EXPECT_TRUE(isRefused({{1, 1U | 0x21U << 26U}}));
+    EXPECT_TRUE(isRefused({{1, 0x3ffffffU | 0x01U << 26U}}));
+}
+
 TEST(Chunks, thatAreDamagedAreRefused)
 {
     auto random = tests::random(4);
     const ChunkKey key{1, 2, 3, 4};
-    const Chunk chunk = anyChunk(random, key, true);
+    Chunk chunk = anyChunk(random, key, true);
+    while (chunk.faceSets.empty())
+        chunk = anyChunk(random, key, true);
     const std::vector<std::byte> bytes = encoded(chunk);
     ASSERT_EQ(*decodedChunk(bytes, key), chunk);
     EXPECT_FALSE(decodedChunk(bytes, {1, 2, 3, 5}));

@@ -1,6 +1,26 @@
 #include <isofront/voxels/Chunk.h>
 
+#include <algorithm>
+
 namespace isofront::voxels {
+
+FaceAttributes attributesOf(const Chunk& chunk, std::size_t voxel, Face face)
+{
+    const auto set = std::ranges::lower_bound(chunk.faceSets, voxel, {}, &FaceSet::voxel);
+    if (set != chunk.faceSets.end() && set->voxel == voxel && (set->mask() & faceBit(face)) != 0)
+        return chunk.faceAttributes[set->entry(face)];
+    return {chunk.voxels[voxel].normal, chunk.colours.empty() ? 0 : chunk.colours[voxel]};
+}
+
+std::vector<std::uint32_t> facesOfEach(const Chunk& chunk)
+{
+    if (chunk.faceSets.empty())
+        return {};
+    std::vector<std::uint32_t> faces(chunk.voxels.size());
+    for (const FaceSet& set : chunk.faceSets)
+        faces[set.voxel] = set.faces;
+    return faces;
+}
 
 std::vector<std::uint8_t> cappedFaces(const Chunk& chunk)
 {

@@ -16,7 +16,7 @@ static_assert(
     std::endian::native == std::endian::little, "chunks are stored as they lie in memory");
 
 constexpr std::uint32_t kMagic = 0x43564649; // "IFVC"
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kMostVoxels = std::size_t{kChunkEdge} * kChunkEdge * kChunkEdge;
 
 struct Header {
@@ -26,11 +26,19 @@ struct Header {
     std::uint32_t x = 0;
     std::uint32_t y = 0;
     std::uint32_t z = 0;
-    std::uint32_t voxels = 0; ///< how many; the highest bit says that there are colours
+    std::uint32_t voxels = 0; ///< how many; the highest bits say what else there is
     std::uint32_t checksum = 0;
 };
 static_assert(sizeof(Header) == 32);
 constexpr std::uint32_t kColoured = 1U << 31U;
+constexpr std::uint32_t kFaced = 1U << 30U;
+
+/// Comes before face sets and face attributes, if there are any.
+struct FaceHeader {
+    std::uint32_t sets = 0;
+    std::uint32_t attributes = 0;
+};
+static_assert(sizeof(FaceHeader) == 8 && sizeof(FaceSet) == 8 && sizeof(FaceAttributes) == 8);
 
 std::uint32_t checksumOf(Header header, std::span<const std::byte> rest)
 {
@@ -58,24 +66,57 @@ std::string nameOf(const ChunkKey& key)
 
 std::vector<std::byte> encoded(const Chunk& chunk)
 {
-    std::vector<std::byte> bytes(sizeof(Header) + chunk.bytes());
-    const std::size_t voxelBytes = chunk.voxels.size() * sizeof(Voxel);
-    std::byte* const body = bytes.data() + sizeof(Header);
-    if (!chunk.voxels.empty())
-        std::memcpy(body, chunk.voxels.data(), voxelBytes);
-    if (!chunk.colours.empty())
-        std::memcpy(body + voxelBytes, chunk.colours.data(), chunk.bytes() - voxelBytes);
+    const bool faced = !chunk.faceSets.empty();
+    std::vector<std::byte> bytes(
+        sizeof(Header) + chunk.bytes() + (faced ? sizeof(FaceHeader) : std::size_t{0}));
+    std::size_t end = sizeof(Header);
+    const auto add = [&](const auto& values) {
+        const auto part = std::as_bytes(std::span(values));
+        if (!part.empty())
+            std::memcpy(bytes.data() + end, part.data(), part.size());
+        end += part.size();
+    };
+    add(chunk.voxels);
+    add(chunk.colours);
+    if (faced) {
+        add(std::array{FaceHeader{
+            static_cast<std::uint32_t>(chunk.faceSets.size()),
+            static_cast<std::uint32_t>(chunk.faceAttributes.size())}});
+        add(chunk.faceSets);
+        add(chunk.faceAttributes);
+    }
     Header header;
     header.level = chunk.key.level;
     header.x = chunk.key.x;
     header.y = chunk.key.y;
     header.z = chunk.key.z;
-    header.voxels =
-        static_cast<std::uint32_t>(chunk.voxels.size()) | (chunk.colours.empty() ? 0 : kColoured);
+    header.voxels = static_cast<std::uint32_t>(chunk.voxels.size()) |
+                    (chunk.colours.empty() ? 0 : kColoured) | (faced ? kFaced : 0);
     header.checksum = checksumOf(header, std::span(bytes).subspan(sizeof(Header)));
     std::memcpy(bytes.data(), &header, sizeof(Header));
     return bytes;
 }
+
+namespace {
+
+/// What is wrong in a chunk that was stored whole; nothing if it is in order.
+const char* disorderOf(const Chunk& chunk)
+{
+    for (std::size_t i = 1; i < chunk.voxels.size(); ++i)
+        if (chunk.voxels[i].order() <= chunk.voxels[i - 1].order())
+            return "its voxels are not in order";
+    for (std::size_t i = 0; i < chunk.faceSets.size(); ++i) {
+        const FaceSet& set = chunk.faceSets[i];
+        if (set.voxel >= chunk.voxels.size() || (i > 0 && set.voxel <= chunk.faceSets[i - 1].voxel))
+            return "its face sets are not in order";
+        if (set.first() + static_cast<std::size_t>(std::popcount(set.mask())) >
+            chunk.faceAttributes.size())
+            return "a face set names attributes that are not there";
+    }
+    return nullptr;
+}
+
+} // namespace
 
 core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKey& key)
 {
@@ -89,33 +130,42 @@ core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKe
     if (header.magic != kMagic)
         return fail("it doesn't begin as a chunk");
     if (header.version != kVersion)
-        return fail("its version is " + std::to_string(header.version) + ", not 1");
+        return fail(
+            "its version is " + std::to_string(header.version) + ", not " +
+            std::to_string(kVersion));
     if (ChunkKey{header.level, header.x, header.y, header.z} != key)
         return fail("it is " + nameOf({header.level, header.x, header.y, header.z}));
-    const std::size_t count = header.voxels & ~kColoured;
+    const std::size_t count = header.voxels & ~(kColoured | kFaced);
     const bool coloured = (header.voxels & kColoured) != 0;
-    const std::span<const std::byte> body = bytes.subspan(sizeof(Header));
-    if (count == 0 || count > kMostVoxels ||
-        body.size() != count * (sizeof(Voxel) + (coloured ? sizeof(std::uint32_t) : 0)))
-        return fail(
-            "it has " + std::to_string(body.size()) + " bytes for " + std::to_string(count) +
-            " voxels");
-    if (checksumOf(header, body) != header.checksum)
+    const bool faced = (header.voxels & kFaced) != 0;
+    std::span<const std::byte> rest = bytes.subspan(sizeof(Header));
+    const std::string size =
+        "it has " + std::to_string(rest.size()) + " bytes for " + std::to_string(count) + " voxels";
+    if (count == 0 || count > kMostVoxels)
+        return fail(size);
+    if (checksumOf(header, rest) != header.checksum)
         return fail("its checksum is wrong");
+
     Chunk chunk;
     chunk.key = key;
-    chunk.voxels.resize(count);
-    std::memcpy(chunk.voxels.data(), body.data(), count * sizeof(Voxel));
-    if (coloured) {
-        chunk.colours.resize(count);
-        std::memcpy(
-            chunk.colours.data(),
-            body.data() + count * sizeof(Voxel),
-            count * sizeof(std::uint32_t));
-    }
-    for (std::size_t i = 1; i < count; ++i)
-        if (chunk.voxels[i].order() <= chunk.voxels[i - 1].order())
-            return fail("its voxels are not in order");
+    const auto take = [&](auto& values, std::size_t length) {
+        const std::size_t part = length * sizeof(values[0]);
+        if (part > rest.size())
+            return false;
+        values.resize(length);
+        if (part > 0)
+            std::memcpy(values.data(), rest.data(), part);
+        rest = rest.subspan(part);
+        return true;
+    };
+    std::vector<FaceHeader> faces;
+    if (!take(chunk.voxels, count) || (coloured && !take(chunk.colours, count)) ||
+        (faced && (!take(faces, 1) || !take(chunk.faceSets, faces[0].sets) ||
+                   !take(chunk.faceAttributes, faces[0].attributes))) ||
+        !rest.empty())
+        return fail(size);
+    if (const char* wrong = disorderOf(chunk))
+        return fail(wrong);
     return chunk;
 }
 
@@ -148,7 +198,8 @@ core::Result<StoredModel> decodedModel(std::string_view text)
     try {
         if (const auto version = json.at("version").get<std::int64_t>(); version != kVersion)
             return tl::unexpected(damaged(
-                "its version is " + std::to_string(version) + "; this program reads version 1"));
+                "its version is " + std::to_string(version) + "; this program reads version " +
+                std::to_string(kVersion)));
         StoredModel model;
         model.name = json.at("name").get<std::string>();
         const auto origin = json.at("origin").get<std::array<double, 3>>();

@@ -11,7 +11,8 @@
 namespace isofront::voxels {
 
 /// A chunk as it lies in stores: a header of 32 bytes (magic number, version, key, counts, checksum
-/// of what follows and of the header), the voxels, the colours; all little-endian.
+/// of what follows and of the header), the voxels, the colours, and if there are face sets, how
+/// many sets and face attributes there are, and both; all little-endian.
 std::vector<std::byte> encoded(const Chunk& chunk);
 
 /// Reads one back, trusting nothing: `badData`, with what is wrong, for bytes that `encoded`
