@@ -25,16 +25,15 @@ std::vector<std::uint32_t> facesOfEach(const Chunk& chunk)
 std::vector<std::uint8_t> cappedFaces(const Chunk& chunk)
 {
     constexpr std::uint32_t kLast = kChunkEdge - 1;
+    // the masks of the low and of the high face along an axis
+    const auto caps = [](std::uint32_t place) {
+        return (place == 0 ? 1U : 0U) | (place == kLast ? 2U : 0U);
+    };
     std::vector<std::uint8_t> faces(chunk.voxels.size());
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const Voxel& voxel = chunk.voxels[i];
-        unsigned mask = voxel.faces();
-        const std::uint32_t place[3] = {voxel.x(), voxel.y(), voxel.z()};
-        for (unsigned axis = 0; axis < 3; ++axis) {
-            mask |= (place[axis] == 0 ? 1U : 0U) << 2 * axis;
-            mask |= (place[axis] == kLast ? 2U : 0U) << 2 * axis;
-        }
-        faces[i] = static_cast<std::uint8_t>(mask);
+        faces[i] = static_cast<std::uint8_t>(
+            voxel.faces() | caps(voxel.x()) | caps(voxel.y()) << 2U | caps(voxel.z()) << 4U);
     }
     return faces;
 }
