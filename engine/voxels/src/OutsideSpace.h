@@ -14,6 +14,8 @@ struct ScratchChunk {
     std::array<std::uint32_t, 3> place{}; ///< among the chunks
     std::uint64_t voxelsAt = 0;
     std::uint32_t voxels = 0;
+    std::uint64_t facesAt = 0;
+    std::uint32_t faces = 0; ///< voxels that have attributes of single faces
     std::uint32_t parts = 0; ///< of its empty space
     std::array<std::uint64_t, kFaces> layersAt{};
     std::array<std::uint32_t, kFaces> layerRuns{};

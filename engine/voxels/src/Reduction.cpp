@@ -2,6 +2,8 @@
 
 #include <isofront/voxels/Chunk.h>
 
+#include <span>
+
 namespace isofront::voxels {
 
 namespace {
@@ -34,48 +36,75 @@ void sortByPlace(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& o
     }
 }
 
-void add(WeightedVoxel& sum, const WeightedVoxel& part)
-{
-    sum.place |= part.place; // of equal places: the faces are OR-ed
-    for (std::size_t i = 0; i < sum.normal.size(); ++i)
-        sum.normal[i] += part.normal[i];
-    sum.area += part.area;
-    for (std::size_t i = 0; i < sum.colour.size(); ++i)
-        sum.colour[i] += part.colour[i];
-}
-
 bool hasNormal(const WeightedVoxel& voxel)
 {
     return voxel.normal[0] != 0 || voxel.normal[1] != 0 || voxel.normal[2] != 0;
 }
 
+/// What each face of a voxel shows: of the children that show it, all the same.
+WeightedFaces facesOf(std::span<const std::uint64_t> children, const ReductionScratch& scratch)
+{
+    WeightedFaces sums;
+    for (const std::uint64_t key : children) {
+        const std::size_t index = key & 0xffffffffU;
+        const WeightedVoxel& child = scratch.gathered[index];
+        const WeightedFaces* own = scratch.faces[index];
+        for (std::size_t face = 0; face < kFaces; ++face) {
+            if ((child.place >> 24U & faceBit(static_cast<Face>(face))) == 0)
+                continue;
+            if (own != nullptr && own->faces[face].area > 0)
+                addAttributes(sums.faces[face], own->faces[face]);
+            else
+                addAttributes(sums.faces[face], child);
+        }
+    }
+    return sums;
+}
+
 } // namespace
 
-std::vector<WeightedVoxel>
-reduced(const std::array<std::span<const WeightedVoxel>, 8>& children, ReductionScratch& scratch)
+VoxelList reduced(const std::array<const VoxelList*, 8>& children, ReductionScratch& scratch)
 {
     scratch.gathered.clear();
+    scratch.faces.clear();
     scratch.keys.clear();
-    for (std::uint32_t child = 0; child < children.size(); ++child) {
-        for (WeightedVoxel voxel : children[child]) {
-            voxel.place = placeInParent(voxel.place, child);
+    for (std::uint32_t which = 0; which < children.size(); ++which) {
+        if (children[which] == nullptr)
+            continue;
+        const VoxelList& child = *children[which];
+        const std::size_t first = scratch.gathered.size();
+        for (WeightedVoxel voxel : child.voxels) {
+            voxel.place = placeInParent(voxel.place, which);
             scratch.keys.push_back(
                 static_cast<std::uint64_t>(voxel.order()) << 32U | scratch.gathered.size());
             scratch.gathered.push_back(voxel);
         }
+        scratch.faces.resize(scratch.gathered.size(), nullptr);
+        for (const WeightedFaces& faces : child.faces)
+            scratch.faces[first + faces.voxel] = &faces;
     }
     sortByPlace(scratch.keys, scratch.sorted);
 
-    std::vector<WeightedVoxel> parents;
+    VoxelList parents;
     for (std::size_t i = 0; i < scratch.keys.size();) {
+        const std::size_t begin = i;
         const std::uint64_t place = scratch.keys[i] >> 32U;
         const WeightedVoxel& first = scratch.gathered[scratch.keys[i] & 0xffffffffU];
         WeightedVoxel sum = first;
-        for (++i; i < scratch.keys.size() && scratch.keys[i] >> 32U == place; ++i)
-            add(sum, scratch.gathered[scratch.keys[i] & 0xffffffffU]);
+        for (++i; i < scratch.keys.size() && scratch.keys[i] >> 32U == place; ++i) {
+            const WeightedVoxel& part = scratch.gathered[scratch.keys[i] & 0xffffffffU];
+            sum.place |= part.place; // of equal places: the faces are OR-ed
+            addAttributes(sum, part);
+        }
+        if (isMixed(sum)) {
+            WeightedFaces faces =
+                facesOf({scratch.keys.data() + begin, scratch.keys.data() + i}, scratch);
+            faces.voxel = static_cast<std::uint32_t>(parents.voxels.size());
+            parents.faces.push_back(faces);
+        }
         if (!hasNormal(sum)) // two sides of a sheet: either is better than none
             sum.normal = first.normal;
-        parents.push_back(sum);
+        parents.voxels.push_back(sum);
     }
     return parents;
 }

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace isofront::voxels {
@@ -12,7 +11,8 @@ namespace isofront::voxels {
 /// What reductions reuse.
 struct ReductionScratch {
     std::vector<WeightedVoxel> gathered;
-    std::vector<std::uint64_t> keys; ///< place in the parent, then index
+    std::vector<const WeightedFaces*> faces; ///< of those gathered; null where there are none
+    std::vector<std::uint64_t> keys;         ///< place in the parent, then index
     std::vector<std::uint64_t> sorted;
 };
 
@@ -21,13 +21,13 @@ struct ReductionScratch {
 /// its children, so that nothing vanishes.
 ///
 /// By sorting, finding where runs of equal places begin, and compacting them. The sums are taken in
-/// the order of children, so the result is the same wherever it is computed.
+/// the order of children, so the result is the same wherever it is computed. Where the children
+/// of one are turned to different sides, each face keeps the mean of those that show it.
 ///
 /// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
 /// section 3, "Level of detail".
 ///
-/// @param children  in the order of ChunkKey::child; empty where there is none
-std::vector<WeightedVoxel>
-reduced(const std::array<std::span<const WeightedVoxel>, 8>& children, ReductionScratch& scratch);
+/// @param children  in the order of ChunkKey::child; null where there is none
+VoxelList reduced(const std::array<const VoxelList*, 8>& children, ReductionScratch& scratch);
 
 } // namespace isofront::voxels

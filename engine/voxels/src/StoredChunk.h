@@ -1,0 +1,14 @@
+#pragma once
+
+#include "WeightedVoxel.h"
+
+#include <isofront/voxels/Chunk.h>
+
+namespace isofront::voxels {
+
+/// Voxels in the form in which they are kept: means in place of sums, and those faces apart that
+/// look different from their voxel's mean. Voxels whose faces look the same share what is kept of
+/// them.
+Chunk stored(const ChunkKey& key, const VoxelList& list, bool coloured);
+
+} // namespace isofront::voxels
