@@ -37,10 +37,7 @@ function(isofront_target target)
                      GLM_FORCE_SIZE_T_LENGTH)
   if(ISOFRONT_SANITIZE)
     list(JOIN ISOFRONT_SANITIZE "," sanitizers)
-    # What the sanitizers weave in confuses the compiler's own watch over values that are not set
-    # (GCC's manual says so of -fsanitize); the other builds keep it.
-    target_compile_options(${target} PRIVATE -fsanitize=${sanitizers} -fno-omit-frame-pointer
-                                             -Wno-maybe-uninitialized)
+    target_compile_options(${target} PRIVATE -fsanitize=${sanitizers} -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${sanitizers})
   endif()
 endfunction()

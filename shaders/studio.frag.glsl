@@ -36,7 +36,8 @@ void main()
 
     vec4 surface = texelFetch(surfaceImage, pixel, 0);
     bool back = surface.w < 0.0;
-    bool cap = abs(surface.w) > 0.4;
+    bool coloured = isColoured(surface.w);
+    bool cap = abs(surface.w) > 0.4 && !coloured;
     vec3 normal = normalize(back ? -surface.xyz : surface.xyz);
     vec3 toEye = -normalize(pixelRay(gl_FragCoord.xy));
     vec3 right = normalize(frame.rayRight.xyz);
@@ -44,6 +45,8 @@ void main()
     vec3 forward = normalize(frame.rayForward.xyz);
 
     vec3 albedo = cap ? frame.colours[1].rgb : frame.colours[0].rgb;
+    if (coloured)
+        albedo = ownAlbedo(pixel);
     // The inside of a surface is a shade darker and warmer than the outside.
     if (back)
         albedo *= vec3(0.62, 0.5, 0.45);

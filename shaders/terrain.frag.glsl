@@ -94,7 +94,8 @@ void main()
     float height = frame.eyePhase.w + dot(fromEye, frame.up.xyz);
     float footprint = distance * frame.rayForward.w;
 
-    Ground ground = groundAt(fromEye, height, footprint, normal);
+    Ground ground = isColoured(surface.w) ? Ground(ownAlbedo(pixel), normal)
+                                          : groundAt(fromEye, height, footprint, normal);
     vec3 light = litGround(ground, lightShares(fromEyeInWorld, normal));
     vec3 kept = transmittance(distance, frame.eyePhase.w, height);
     light = light * kept + scatteredLight(direction) * (1.0 - kept);

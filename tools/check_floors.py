@@ -29,7 +29,7 @@ FLOORS = {
     "gpu": ("engine/gpu", ["core"]),
     "render": (
         "engine/render",
-        ["core", "hierarchy", "extractor", "surface", "gpu", "shaders"],
+        ["core", "hierarchy", "extractor", "surface", "voxels", "gpu", "shaders"],
     ),
 }
 # A library that only some places may name: pattern of the include, folders or files allowed

@@ -7,6 +7,7 @@
 layout(set = 0, binding = 0) uniform FrameBlock { Frame frame; };
 layout(set = 0, binding = 1) uniform sampler2D depthImage;
 layout(set = 0, binding = 2) uniform sampler2D surfaceImage;
+layout(set = 0, binding = 4) uniform sampler2D colourImage;
 
 layout(location = 0) out vec4 colour;
 
@@ -34,6 +35,20 @@ vec3 encoded(vec3 linear)
 {
     vec3 high = 1.055 * pow(max(linear, vec3(0.0)), vec3(1.0 / 2.4)) - 0.055;
     return mix(high, 12.92 * linear, lessThan(linear, vec3(0.0031308)));
+}
+
+// Whether a surface has a colour of its own, by the kind that is written with its normal.
+bool isColoured(float kind)
+{
+    return abs(kind) > 0.7;
+}
+
+// The albedo of a surface with a colour of its own.
+vec3 ownAlbedo(ivec2 pixel)
+{
+    vec3 bytes = texelFetch(colourImage, pixel, 0).rgb;
+    vec3 high = pow((bytes + 0.055) / 1.055, vec3(2.4));
+    return mix(high, bytes / 12.92, lessThanEqual(bytes, vec3(0.04045)));
 }
 
 // Half a step of noise, fixed to the pixel, so that smooth gradients show no bands.

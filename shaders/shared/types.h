@@ -3,6 +3,8 @@
 #define ISOFRONT_SHARED_TYPES_H
 
 #ifdef __cplusplus
+#include <glm/ext/vector_int4.hpp>
+#include <glm/ext/vector_uint2.hpp>
 #include <glm/ext/vector_uint4.hpp>
 #include <glm/vec4.hpp>
 
@@ -11,6 +13,8 @@
 namespace isofront::shared {
 using uint = std::uint32_t;
 using vec4 = glm::vec4;
+using ivec4 = glm::ivec4;
+using uvec2 = glm::uvec2;
 using uvec4 = glm::uvec4;
 } // namespace isofront::shared
 

@@ -60,25 +60,37 @@ core::Result<void> Device::open(VkPhysicalDevice physical, DeviceDescription des
     _limits = properties.limits;
     vkGetPhysicalDeviceMemoryProperties(physical, &_memory);
 
-    VkPhysicalDeviceFeatures present{};
-    vkGetPhysicalDeviceFeatures(physical, &present);
+    VkPhysicalDeviceVulkan12Features present12{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+    VkPhysicalDeviceFeatures2 allPresent{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, .pNext = &present12};
+    vkGetPhysicalDeviceFeatures2(physical, &allPresent);
+    const VkPhysicalDeviceFeatures& present = allPresent.features;
     _drawsManyIndirectly =
         present.multiDrawIndirect != VK_FALSE && present.drawIndirectFirstInstance != VK_FALSE;
+    _fragmentStores = present.fragmentStoresAndAtomics != VK_FALSE;
+    _longAtomics =
+        present.shaderInt64 != VK_FALSE && present12.shaderBufferInt64Atomics != VK_FALSE;
+    const VkBool32 longAtomics = _longAtomics ? VK_TRUE : VK_FALSE;
 
     VkPhysicalDeviceVulkan13Features features13{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
         .synchronization2 = VK_TRUE,
-        .dynamicRendering = VK_TRUE};
+        .dynamicRendering = VK_TRUE,
+        .maintenance4 = VK_TRUE}; // every 1.3 device has it
     VkPhysicalDeviceVulkan12Features features12{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
         .pNext = &features13,
+        .shaderBufferInt64Atomics = longAtomics,
         .timelineSemaphore = VK_TRUE};
     const VkPhysicalDeviceFeatures2 features{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
         .pNext = &features12,
         .features = {
             .multiDrawIndirect = present.multiDrawIndirect,
-            .drawIndirectFirstInstance = present.drawIndirectFirstInstance}};
+            .drawIndirectFirstInstance = present.drawIndirectFirstInstance,
+            .fragmentStoresAndAtomics = present.fragmentStoresAndAtomics,
+            .shaderInt64 = longAtomics}};
     const float priority = 1.0F;
     const VkDeviceQueueCreateInfo queue{
         .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,

@@ -74,7 +74,7 @@ core::Result<Pipeline> makePipeline(Device& device, const GraphicsPipeline& desc
     const VkPipelineDepthStencilStateCreateInfo depthState{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
         .depthTestEnable = depth ? VK_TRUE : VK_FALSE,
-        .depthWriteEnable = depth ? VK_TRUE : VK_FALSE,
+        .depthWriteEnable = depth && description.writesDepth ? VK_TRUE : VK_FALSE,
         // Depth is reversed: 1 at the near plane, 0 infinitely far away.
         .depthCompareOp = VK_COMPARE_OP_GREATER};
     const std::vector<VkPipelineColorBlendAttachmentState> attachments(
@@ -120,12 +120,33 @@ core::Result<Pipeline> makePipeline(Device& device, const GraphicsPipeline& desc
     return Pipeline(device.handle(), pipeline);
 }
 
-core::Result<PipelineLayout> makePipelineLayout(Device& device, VkDescriptorSetLayout layout)
+core::Result<Pipeline>
+makeComputePipeline(Device& device, std::span<const std::uint32_t> code, VkPipelineLayout layout)
 {
+    const core::Result<ShaderModule> shader = makeShader(device, code);
+    if (!shader)
+        return tl::unexpected(shader.error());
+    const VkComputePipelineCreateInfo info{
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .stage = stageOf(*shader, VK_SHADER_STAGE_COMPUTE_BIT),
+        .layout = layout};
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    ISOFRONT_VK(
+        vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &pipeline),
+        "build a compute pipeline");
+    return Pipeline(device.handle(), pipeline);
+}
+
+core::Result<PipelineLayout>
+makePipelineLayout(Device& device, VkDescriptorSetLayout layout, std::uint32_t constants)
+{
+    const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants};
     const VkPipelineLayoutCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
         .setLayoutCount = 1,
-        .pSetLayouts = &layout};
+        .pSetLayouts = &layout,
+        .pushConstantRangeCount = constants > 0 ? 1U : 0U,
+        .pPushConstantRanges = &range};
     VkPipelineLayout object = VK_NULL_HANDLE;
     ISOFRONT_VK(
         vkCreatePipelineLayout(device.handle(), &info, nullptr, &object),

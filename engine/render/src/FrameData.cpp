@@ -16,22 +16,6 @@ namespace {
 // As in shaders/include/noise.glsl [m].
 constexpr double kNoisePeriod = 4096.0;
 
-struct Camera {
-    glm::dvec3 forward{0.0}, right{0.0}, up{0.0}; ///< orthonormal [world]
-    double tangentX = 1, tangentY = 1;            ///< of half the angles of view
-};
-
-Camera cameraOf(const hierarchy::View& view)
-{
-    Camera camera;
-    camera.forward = glm::normalize(view.forward);
-    camera.right = glm::normalize(glm::cross(camera.forward, glm::normalize(view.up)));
-    camera.up = glm::cross(camera.right, camera.forward);
-    camera.tangentY = std::tan(0.5 * view.verticalFieldOfView);
-    camera.tangentX = camera.tangentY * view.width / view.height;
-    return camera;
-}
-
 glm::dmat3 worldFromGrid(const hierarchy::Domain& domain)
 {
     return domain.worldFromField.linear * domain.gridUnit();
@@ -83,6 +67,17 @@ void setShadows(
 }
 
 } // namespace
+
+Camera cameraOf(const hierarchy::View& view)
+{
+    Camera camera;
+    camera.forward = glm::normalize(view.forward);
+    camera.right = glm::normalize(glm::cross(camera.forward, glm::normalize(view.up)));
+    camera.up = glm::cross(camera.right, camera.forward);
+    camera.tangentY = std::tan(0.5 * view.verticalFieldOfView);
+    camera.tangentX = camera.tangentY * view.width / view.height;
+    return camera;
+}
 
 GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view)
 {

@@ -14,6 +14,13 @@
 
 namespace isofront::render {
 
+/// The directions of a view.
+struct Camera {
+    glm::dvec3 forward{0.0}, right{0.0}, up{0.0}; ///< orthonormal [world]
+    double tangentX = 1, tangentY = 1;            ///< of half the angles of view
+};
+Camera cameraOf(const hierarchy::View& view);
+
 /// A view as the domain's grid sees it.
 struct GridView {
     hierarchy::GridPoint eye{0}; ///< nearest grid point

@@ -28,25 +28,6 @@ constexpr std::array kVertexAttributes{
         0, 0, VK_FORMAT_R16G16B16A16_UINT, offsetof(CellVertex, position)},
     VkVertexInputAttributeDescription{1, 0, VK_FORMAT_R16G16_SNORM, offsetof(CellVertex, normal)}};
 
-VkRenderingAttachmentInfo
-attachment(const gpu::Image& image, VkImageLayout layout, VkAttachmentLoadOp load)
-{
-    return {
-        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = image.view(),
-        .imageLayout = layout,
-        .loadOp = load,
-        .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
-}
-
-void bindAll(
-    VkCommandBuffer commands, VkPipeline pipeline, VkPipelineLayout layout, VkDescriptorSet set)
-{
-    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline);
-    vkCmdBindDescriptorSets(
-        commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layout, 0, 1, &set, 0, nullptr);
-}
-
 void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDraw& draw)
 {
     gpu::setRasterState(commands, extent, draw.cull, draw.front);
@@ -58,18 +39,6 @@ void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDra
 }
 
 } // namespace
-
-core::Result<Passes::Stage>
-Passes::makeStage(gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots)
-{
-    core::Result<gpu::DescriptorSets> sets = gpu::DescriptorSets::create(device, bindings, slots);
-    if (!sets)
-        return tl::unexpected(sets.error());
-    core::Result<gpu::PipelineLayout> layout = gpu::makePipelineLayout(device, sets->layout());
-    if (!layout)
-        return tl::unexpected(layout.error());
-    return Stage{std::move(*sets), std::move(*layout)};
-}
 
 core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
 {
@@ -94,7 +63,7 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
     constexpr std::array kMeshBindings{
         gpu::Binding{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_SHADER_STAGE_VERTEX_BIT},
         gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT}};
-    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage};
+    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage, kImage};
     constexpr std::array kAntialiasBindings{kFrameInFragment, kImage};
     take(passes._mesh, [&] { return makeStage(device, kMeshBindings, slots); });
     take(passes._shade, [&] { return makeStage(device, kShadeBindings, slots); });
@@ -143,6 +112,7 @@ void Passes::bind(
     const gpu::Buffer& frame,
     const gpu::Buffer& cells,
     const Targets& targets,
+    const gpu::Image& colours,
     const gpu::Image& shadowMap) const
 {
     const gpu::Bound frameBound{.buffer = &frame};
@@ -151,7 +121,13 @@ void Passes::bind(
     };
     _mesh.sets.write(slot, std::array{frameBound, gpu::Bound{.buffer = &cells}});
     _shade.sets.write(
-        slot, std::array{frameBound, read(targets.depth), read(targets.surface), read(shadowMap)});
+        slot,
+        std::array{
+            frameBound,
+            read(targets.depth),
+            read(targets.surface),
+            read(shadowMap),
+            read(colours)});
     _antialias.sets.write(
         slot,
         std::array{frameBound, gpu::Bound{.image = &targets.shaded, .sampler = _linear.get()}});
@@ -170,7 +146,7 @@ void Passes::drawShadows(
         .layerCount = 1,
         .pDepthAttachment = &depth};
     vkCmdBeginRendering(commands, &info);
-    bindAll(commands, _shadowPipeline.get(), _mesh.layout.get(), _mesh.sets.set(slot));
+    bindStage(commands, _shadowPipeline, _mesh, slot);
     drawMesh(commands, map.extent(), draw);
     vkCmdEndRendering(commands);
     gpu::imageBarrier(commands, map, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
@@ -205,7 +181,7 @@ void Passes::drawMeshes(
         .pColorAttachments = &surface,
         .pDepthAttachment = &depth};
     vkCmdBeginRendering(commands, &info);
-    bindAll(commands, _meshPipeline.get(), _mesh.layout.get(), _mesh.sets.set(slot));
+    bindStage(commands, _meshPipeline, _mesh, slot);
     drawMesh(commands, targets.extent(), draw);
     vkCmdEndRendering(commands);
 }
@@ -213,7 +189,7 @@ void Passes::drawMeshes(
 void Passes::fillScreen(
     VkCommandBuffer commands,
     const Stage& stage,
-    VkPipeline pipeline,
+    const gpu::Pipeline& pipeline,
     std::size_t slot,
     const gpu::Image& target)
 {
@@ -226,9 +202,8 @@ void Passes::fillScreen(
         .colorAttachmentCount = 1,
         .pColorAttachments = &colour};
     vkCmdBeginRendering(commands, &info);
-    bindAll(commands, pipeline, stage.layout.get(), stage.sets.set(slot));
-    gpu::setRasterState(commands, target.extent(), VK_CULL_MODE_NONE);
-    vkCmdDraw(commands, 3, 1, 0, 0);
+    bindStage(commands, pipeline, stage, slot);
+    coverPicture(commands, target.extent());
     vkCmdEndRendering(commands);
 }
 
@@ -242,7 +217,7 @@ void Passes::shade(
     const gpu::Use before = last ? gpu::use::kTransferRead : gpu::use::kSampledInFragment;
     gpu::imageBarrier(commands, target, before.discarded(), gpu::use::kColourWrite);
     const gpu::Pipeline& pipeline = look == Look::terrain ? _terrainPipeline : _studioPipeline;
-    fillScreen(commands, _shade, pipeline.get(), slot, target);
+    fillScreen(commands, _shade, pipeline, slot, target);
 }
 
 void Passes::antialias(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const
@@ -251,7 +226,7 @@ void Passes::antialias(VkCommandBuffer commands, std::size_t slot, const Targets
         commands, targets.shaded, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
     gpu::imageBarrier(
         commands, targets.picture, gpu::use::kTransferRead.discarded(), gpu::use::kColourWrite);
-    fillScreen(commands, _antialias, _antialiasPipeline.get(), slot, targets.picture);
+    fillScreen(commands, _antialias, _antialiasPipeline, slot, targets.picture);
 }
 
 void Passes::finish(VkCommandBuffer commands, const Targets& targets)

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "Stage.h"
 #include "Targets.h"
 #include "isofront/render/Scene.h"
 
 #include <isofront/core/Result.h>
 #include <isofront/gpu/Buffer.h>
-#include <isofront/gpu/Descriptors.h>
 #include <isofront/gpu/Pipeline.h>
 
 #include <cstdint>
@@ -24,11 +24,13 @@ public:
     static core::Result<Passes> create(gpu::Device& device, std::uint32_t slots);
 
     /// Points the descriptor sets of a slot, which the GPU must be done with, to its things.
+    /// @param colours  of what has a colour of its own; any image if nothing in the frame has
     void bind(
         std::size_t slot,
         const gpu::Buffer& frame,
         const gpu::Buffer& cells,
         const Targets& targets,
+        const gpu::Image& colours,
         const gpu::Image& shadowMap) const;
 
     /// What a pass over the mesh needs to know.
@@ -60,16 +62,10 @@ public:
     static void finish(VkCommandBuffer commands, const Targets& targets);
 
 private:
-    struct Stage {
-        gpu::DescriptorSets sets;
-        gpu::PipelineLayout layout;
-    };
-    static core::Result<Stage>
-    makeStage(gpu::Device& device, std::span<const gpu::Binding> bindings, std::uint32_t slots);
     static void fillScreen(
         VkCommandBuffer commands,
         const Stage& stage,
-        VkPipeline pipeline,
+        const gpu::Pipeline& pipeline,
         std::size_t slot,
         const gpu::Image& target);
 

@@ -2,10 +2,14 @@
 
 #include "Culling.h"
 #include "FrameData.h"
+#include "IndirectDraws.h"
 #include "MeshStore.h"
 #include "Passes.h"
 #include "SunBox.h"
 #include "Targets.h"
+#include "VoxelFrame.h"
+#include "VoxelPass.h"
+#include "VoxelStore.h"
 
 #include <isofront/gpu/Barriers.h>
 #include <isofront/gpu/Commands.h>
@@ -19,6 +23,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -33,15 +38,23 @@ double millisecondsSince(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-constexpr std::array<const char*, 4> kPassNames{"shadow", "mesh", "shade", "antialias"};
+/// Of one frame.
+constexpr std::size_t kMostPasses = 5;
+
+/// What only those need who show voxels.
+struct Voxels {
+    VoxelStore store;
+    VoxelPass pass;
+};
 
 /// What one of the frames in flight owns.
 struct Slot {
     gpu::Commands commands;
     gpu::Timestamps timestamps;
-    gpu::Buffer frame; ///< a shared::Frame
-    gpu::Buffer cells; ///< a shared::DrawnCell for each draw
-    gpu::Buffer draws; ///< a VkDrawIndexedIndirectCommand for each draw
+    std::vector<const char*> passes; ///< that its last frame had
+    gpu::Buffer frame;               ///< a shared::Frame
+    gpu::Buffer cells;               ///< a shared::DrawnCell for each draw
+    gpu::Buffer draws;               ///< a VkDrawIndexedIndirectCommand for each draw
 };
 
 template <typename T>
@@ -81,15 +94,20 @@ core::Result<Slot> makeSlot(gpu::Device& device)
     core::Result<gpu::Commands> commands = gpu::Commands::create(device);
     if (!commands)
         return tl::unexpected(commands.error());
-    core::Result<gpu::Timestamps> timestamps =
-        gpu::Timestamps::create(device, kPassNames.size() + 1);
+    core::Result<gpu::Timestamps> timestamps = gpu::Timestamps::create(device, kMostPasses + 1);
     if (!timestamps)
         return tl::unexpected(timestamps.error());
     core::Result<gpu::Buffer> frame = gpu::Buffer::create(
         device, sizeof(shared::Frame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, gpu::MemoryKind::upload);
     if (!frame)
         return tl::unexpected(frame.error());
-    return Slot{std::move(*commands), std::move(*timestamps), std::move(*frame), {}, {}};
+    return Slot{
+        .commands = std::move(*commands),
+        .timestamps = std::move(*timestamps),
+        .passes = {},
+        .frame = std::move(*frame),
+        .cells = {},
+        .draws = {}};
 }
 
 core::Result<void> checkOptions(const gpu::Device& device, const RendererOptions& options)
@@ -115,6 +133,7 @@ core::Result<void> checkOptions(const gpu::Device& device, const RendererOptions
 struct Renderer::Parts {
     gpu::Device* device;
     hierarchy::Domain domain;
+    RendererOptions options;
     bool indirect = true;
     MeshStore store;
     Targets targets;
@@ -129,16 +148,34 @@ struct Renderer::Parts {
     SunBox shadowBox;                  ///< what the shadow map shows
     int mapAge = 0;                    ///< in frames
     std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
+    std::optional<Voxels> voxels;      ///< once there are some
+    std::uint64_t voxelBytesSinceFrame = 0;
+    std::optional<std::size_t> lastVoxels; ///< slot of the last picture, if that had voxels
 
+    /// Makes what voxels need, if it isn't there.
+    core::Result<void> openVoxels();
+    /// Readies the voxels of a frame. Returns what they are.
+    core::Result<VoxelStats> prepareVoxels(
+        std::size_t index,
+        const hierarchy::View& view,
+        const Scene& scene,
+        const VoxelScene& shown);
     core::Result<void> resize(int width, int height);
     /// Writes what the passes over the mesh read of these cells, from a draw on. Returns how many
     /// triangles they have.
     std::uint64_t
     fill(const Slot& slot, std::span<const std::uint32_t> order, std::size_t first) const;
-    void issueDraws(
-        VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const;
-    core::Result<void>
-    record(std::size_t index, const hierarchy::View& view, const Scene& scene, bool redrawShadows);
+    void issueMeshes(
+        VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const
+    {
+        issueDraws(*device, commands, slot.draws, first, count, indirect);
+    }
+    core::Result<void> record(
+        std::size_t index,
+        const hierarchy::View& view,
+        const Scene& scene,
+        bool redrawShadows,
+        bool withVoxels);
     /// Keeps the shadow map, or takes a new box for it. Returns true if it must be drawn.
     bool updateSun(const SunBox& wanted, int interval);
     /// Copies an image of the last picture, four bytes a pixel.
@@ -194,6 +231,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
     auto parts = std::make_unique<Parts>(Parts{
         .device = &device,
         .domain = domain,
+        .options = options,
         .indirect = device.drawsManyIndirectly() && !options.forceDirectDraws,
         .store = std::move(*store),
         .targets = std::move(*targets),
@@ -203,7 +241,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .shadowMap = std::move(*shadowMap),
         .seen = {},
         .shadowBox = {},
-        .sunlit = {}});
+        .sunlit = {},
+        .voxels = {},
+        .lastVoxels = {}});
     return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
 }
 
@@ -245,6 +285,7 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
         return tl::unexpected(fresh.error());
     targets = std::move(*fresh);
     lastSlot = nullptr;
+    lastVoxels.reset();
     return {};
 }
 
@@ -271,49 +312,29 @@ std::uint64_t Renderer::Parts::fill(
     return triangles;
 }
 
-void Renderer::Parts::issueDraws(
-    VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const
-{
-    constexpr std::uint32_t kStride = sizeof(VkDrawIndexedIndirectCommand);
-    if (indirect) {
-        const std::size_t most = std::max(device->limits().maxDrawIndirectCount, 1U);
-        while (count > 0) {
-            const std::size_t some = std::min(most, count);
-            vkCmdDrawIndexedIndirect(
-                commands,
-                slot.draws.get(),
-                first * kStride,
-                static_cast<std::uint32_t>(some),
-                kStride);
-            first += some;
-            count -= some;
-        }
-        return;
-    }
-    for (const VkDrawIndexedIndirectCommand& draw :
-         mappedAs<VkDrawIndexedIndirectCommand>(slot.draws).subspan(first, count)) {
-        vkCmdDrawIndexed(
-            commands,
-            draw.indexCount,
-            draw.instanceCount,
-            draw.firstIndex,
-            draw.vertexOffset,
-            draw.firstInstance);
-    }
-}
-
 core::Result<void> Renderer::Parts::record(
-    std::size_t index, const hierarchy::View& view, const Scene& scene, bool redrawShadows)
+    std::size_t index,
+    const hierarchy::View& view,
+    const Scene& scene,
+    bool redrawShadows,
+    bool withVoxels)
 {
     Slot& slot = slots[index];
     const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
     const shared::Frame frame = frameData(domain, view, scene, shadowBox, shadowTexels);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
-    passes.bind(index, slot.frame, slot.cells, targets, shadowMap);
+    // Where nothing has a colour of its own, nobody looks.
+    const gpu::Image& colours = withVoxels ? voxels->pass.colours() : targets.surface;
+    passes.bind(index, slot.frame, slot.cells, targets, colours, shadowMap);
 
     const VkCommandBuffer commands = slot.commands.get();
     slot.timestamps.reset(commands);
+    slot.passes.clear();
     slot.timestamps.mark(commands);
+    const auto pass = [&](const char* name) {
+        slot.timestamps.mark(commands);
+        slot.passes.push_back(name);
+    };
     const bool twoSided = scene.twoSided.value_or(scene.look == Look::studio);
     Passes::MeshDraw draw{
         .meshes = &store.buffer(),
@@ -321,22 +342,26 @@ core::Result<void> Renderer::Parts::record(
         .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
                                                  : VK_FRONT_FACE_COUNTER_CLOCKWISE,
         .issue = [&](VkCommandBuffer buffer) {
-            issueDraws(buffer, slot, seen.size(), sunlit.size());
+            issueMeshes(buffer, slot, seen.size(), sunlit.size());
         }};
     if (redrawShadows)
         passes.drawShadows(commands, index, shadowMap, draw);
     else if (!shadowBox.casts)
         Passes::skipShadows(commands, shadowMap);
-    slot.timestamps.mark(commands);
+    pass("shadow");
     draw.cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT;
-    draw.issue = [&](VkCommandBuffer buffer) { issueDraws(buffer, slot, 0, seen.size()); };
+    draw.issue = [&](VkCommandBuffer buffer) { issueMeshes(buffer, slot, 0, seen.size()); };
     passes.drawMeshes(commands, index, targets, draw);
-    slot.timestamps.mark(commands);
+    pass("mesh");
+    if (withVoxels) {
+        voxels->pass.record(commands, index, targets);
+        pass("voxels");
+    }
     passes.shade(commands, index, targets, scene.look, !scene.antialias);
-    slot.timestamps.mark(commands);
+    pass("shade");
     if (scene.antialias) {
         passes.antialias(commands, index, targets);
-        slot.timestamps.mark(commands);
+        pass("antialias");
     }
     Passes::finish(commands, targets);
     slot.timestamps.resolve(commands);
@@ -360,7 +385,74 @@ bool Renderer::Parts::updateSun(const SunBox& wanted, int interval)
     return wanted.casts;
 }
 
-core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene& scene)
+core::Result<void> Renderer::Parts::openVoxels()
+{
+    if (voxels)
+        return {};
+    core::Result<VoxelStore> pool =
+        VoxelStore::create(*device, options.voxelPoolBytes, options.forceStaging);
+    if (!pool)
+        return tl::unexpected(pool.error());
+    core::Result<VoxelPass> pass =
+        VoxelPass::create(*device, static_cast<std::uint32_t>(slots.size()), indirect);
+    if (!pass)
+        return tl::unexpected(pass.error());
+    voxels.emplace(Voxels{std::move(*pool), std::move(*pass)});
+    return {};
+}
+
+core::Result<std::uint64_t> Renderer::addChunks(std::span<const voxels::Chunk> chunks)
+{
+    if (core::Result<void> opened = _parts->openVoxels(); !opened)
+        return tl::unexpected(opened.error());
+    core::Result<std::uint64_t> bytes = _parts->voxels->store.add(chunks);
+    if (bytes)
+        _parts->voxelBytesSinceFrame += *bytes;
+    return bytes;
+}
+
+void Renderer::removeChunks(std::span<const voxels::ChunkKey> keys)
+{
+    if (_parts->voxels)
+        _parts->voxels->store.remove(keys);
+}
+
+core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
+    std::size_t index, const hierarchy::View& view, const Scene& scene, const VoxelScene& shown)
+{
+    if (!voxels && shown.draws.empty())
+        return VoxelStats{};
+    if (core::Result<void> opened = openVoxels(); !opened)
+        return tl::unexpected(opened.error());
+    const double near = scene.nearPlane > 0 ? scene.nearPlane : render::defaultNearPlane(domain);
+    std::vector<PlacedChunk> chunks;
+    for (const VoxelDraw& draw : shown.draws) {
+        const PlacedChunk* chunk = voxels->store.find(draw.key);
+        if (chunk == nullptr) {
+            return core::failure(
+                core::ErrorCode::usage,
+                "a chunk of level " + std::to_string(draw.key.level) +
+                    " is to be drawn that is not on the device; add it first");
+        }
+        chunks.push_back(*chunk);
+        chunks.back().occlusionOnly = draw.occlusionOnly;
+    }
+    VoxelFrame frame =
+        voxelFrame(view, near, shown, chunks, voxels->pass.splatsInto(targets.extent()));
+    frame.stats.uploadedBytes = std::exchange(voxelBytesSinceFrame, 0);
+    frame.stats.poolBytesUsed = voxels->store.usedBytes();
+    const VoxelStats stats = frame.stats;
+    if (frame.chunks.empty())
+        return stats;
+    if (core::Result<void> ready = voxels->pass.prepare(
+            index, std::move(frame), targets.extent(), slots[index].frame, voxels->store.buffer());
+        !ready)
+        return tl::unexpected(ready.error());
+    return stats;
+}
+
+core::Result<FrameStats>
+Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene& voxels)
 {
     Parts& parts = *_parts;
     const auto limit = static_cast<int>(parts.device->limits().maxImageDimension2D);
@@ -400,11 +492,18 @@ core::Result<FrameStats> Renderer::draw(const hierarchy::View& view, const Scene
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
     stats.cellsCulled = cells.size() - parts.seen.size();
-    if (core::Result<void> recorded = parts.record(index, view, scene, redrawShadows); !recorded)
+    const core::Result<VoxelStats> voxelStats = parts.prepareVoxels(index, view, scene, voxels);
+    if (!voxelStats)
+        return tl::unexpected(voxelStats.error());
+    stats.voxels = *voxelStats;
+    const bool withVoxels = stats.voxels.chunksDrawn + stats.voxels.boxes > 0;
+    if (core::Result<void> recorded = parts.record(index, view, scene, redrawShadows, withVoxels);
+        !recorded)
         return tl::unexpected(recorded.error());
     if (redrawShadows)
         parts.mapAge = 1;
     parts.nextSlot = (index + 1) % parts.slots.size();
+    parts.lastVoxels = withVoxels ? std::optional(index) : std::nullopt;
     parts.lastSlot = &slot;
 
     stats.uploadedBytes = std::exchange(parts.uploadedSinceFrame, 0);
@@ -424,7 +523,7 @@ core::Result<std::vector<PassTime>> Renderer::finish()
     const std::vector<double> spans = slot->timestamps.spans();
     std::vector<PassTime> times;
     for (std::size_t i = 0; i < spans.size(); ++i)
-        times.push_back({kPassNames[i], spans[i]});
+        times.push_back({slot->passes[i], spans[i]});
     return times;
 }
 
@@ -471,6 +570,46 @@ core::Result<core::Image> Renderer::readImage()
     image.rgba.resize(bytes->size());
     std::memcpy(image.rgba.data(), bytes->data(), bytes->size());
     return image;
+}
+
+core::Result<std::vector<ShownVoxel>> Renderer::readVoxels()
+{
+    Parts& parts = *_parts;
+    const VkExtent2D extent = parts.targets.extent();
+    std::vector<ShownVoxel> shown(std::size_t{extent.width} * extent.height);
+    if (!parts.lastVoxels)
+        return shown;
+    const core::Result<std::vector<std::byte>> bytes =
+        parts.copied(parts.voxels->pass.names(), gpu::use::kSampledInFragment);
+    if (!bytes)
+        return tl::unexpected(bytes.error());
+    std::vector<std::uint32_t> names(shown.size());
+    std::memcpy(names.data(), bytes->data(), bytes->size());
+    const VoxelFrame& frame = parts.voxels->pass.frame(*parts.lastVoxels);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        if (names[i] == 0)
+            continue;
+        const shared::uvec2 start =
+            frame.blocks[(names[i] - 1) >> shared::kBlockBits].chunkAndVoxel;
+        const std::uint32_t place = (names[i] - 1) & (shared::kVoxelsInBlock - 1);
+        shown[i] = {.chunk = frame.keys[start.x], .voxel = start.y + place, .isThere = true};
+    }
+    return shown;
+}
+
+core::Result<std::vector<ChunkSight>> Renderer::readSight()
+{
+    Parts& parts = *_parts;
+    std::vector<ChunkSight> sights;
+    if (!parts.lastVoxels)
+        return sights;
+    if (core::Result<void> waited = parts.device->wait(parts.lastSlot->commands.ticket()); !waited)
+        return tl::unexpected(waited.error());
+    const VoxelFrame& frame = parts.voxels->pass.frame(*parts.lastVoxels);
+    const std::span<const std::uint32_t> visible = parts.voxels->pass.visible(*parts.lastVoxels);
+    for (std::size_t i = 0; i < visible.size(); ++i)
+        sights.push_back({frame.keys[i], visible[i] != 0});
+    return sights;
 }
 
 core::Result<std::vector<float>> Renderer::readDepth()

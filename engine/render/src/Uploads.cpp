@@ -77,7 +77,8 @@ core::Result<gpu::Commands*> Uploads::idleCommands()
     return _commands.back().get();
 }
 
-core::Result<void> Uploads::submit(const gpu::Buffer& target, const UploadBatch& batch)
+core::Result<void>
+Uploads::submit(const gpu::Buffer& target, const UploadBatch& batch, const gpu::Use& reader)
 {
     if (batch._copies.empty() && batch._moves.empty())
         return {};
@@ -105,7 +106,7 @@ core::Result<void> Uploads::submit(const gpu::Buffer& target, const UploadBatch&
         vkCmdCopyBuffer(
             buffer, target.get(), target.get(), count(batch._moves), batch._moves.data());
     }
-    gpu::memoryBarrier(buffer, gpu::use::kTransferWrite, gpu::use::kVertexRead);
+    gpu::memoryBarrier(buffer, gpu::use::kTransferWrite, reader);
     const core::Result<gpu::Device::Ticket> ticket = (*commands)->submit();
     if (!ticket)
         return tl::unexpected(ticket.error());

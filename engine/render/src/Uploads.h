@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/core/Result.h>
+#include <isofront/gpu/Barriers.h>
 #include <isofront/gpu/Buffer.h>
 #include <isofront/gpu/Commands.h>
 
@@ -37,8 +38,12 @@ public:
 
     /// @param bytes  how much will be placed at most
     core::Result<UploadBatch> open(const gpu::Buffer& target, std::size_t bytes);
-    /// Hands the batch to the GPU, if there is anything left to do. Draws submitted later see it.
-    core::Result<void> submit(const gpu::Buffer& target, const UploadBatch& batch);
+    /// Hands the batch to the GPU, if there is anything left to do. What is submitted later and
+    /// reads in this way sees it.
+    core::Result<void> submit(
+        const gpu::Buffer& target,
+        const UploadBatch& batch,
+        const gpu::Use& reader = gpu::use::kVertexRead);
 
 private:
     struct Staging {

@@ -50,6 +50,10 @@ public:
     [[nodiscard]] const VkPhysicalDeviceMemoryProperties& memory() const { return _memory; }
     /// True if one indirect call can issue many draws, each with its own first instance.
     [[nodiscard]] bool drawsManyIndirectly() const { return _drawsManyIndirectly; }
+    /// True if shaders can take the greatest of 64-bit numbers in buffers, by many threads at once.
+    [[nodiscard]] bool hasLongAtomics() const { return _longAtomics; }
+    /// True if fragment shaders can write to buffers.
+    [[nodiscard]] bool storesFromFragments() const { return _fragmentStores; }
     /// Whether timestamps can be written to the queue's command buffers.
     [[nodiscard]] bool hasTimestamps() const { return _timestampBits != 0; }
     /// How many of a timestamp's bits count.
@@ -94,6 +98,8 @@ private:
     std::uint32_t _queueFamily = 0;
     std::uint32_t _timestampBits = 0;
     bool _drawsManyIndirectly = false;
+    bool _longAtomics = false;
+    bool _fragmentStores = false;
     Ticket _submitted = 0;
     std::atomic<std::uint64_t> _allocatedBytes = 0;
 };

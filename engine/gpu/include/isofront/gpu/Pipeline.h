@@ -19,11 +19,18 @@ struct GraphicsPipeline {
     std::span<const VkVertexInputAttributeDescription> vertexAttributes;
     std::span<const VkFormat> colourFormats;
     VkFormat depthFormat = VK_FORMAT_UNDEFINED; ///< undefined: neither tested nor written
+    bool writesDepth = true;                    ///< false: only tested
 };
 
 core::Result<Pipeline> makePipeline(Device& device, const GraphicsPipeline& description);
 
-core::Result<PipelineLayout> makePipelineLayout(Device& device, VkDescriptorSetLayout layout);
+/// @param code  SPIR-V
+core::Result<Pipeline>
+makeComputePipeline(Device& device, std::span<const std::uint32_t> code, VkPipelineLayout layout);
+
+/// @param constants  bytes that may be pushed to compute shaders, a multiple of 4
+core::Result<PipelineLayout>
+makePipelineLayout(Device& device, VkDescriptorSetLayout layout, std::uint32_t constants = 0);
 
 /// Sets what `GraphicsPipeline` leaves open. Front faces are counter-clockwise in the picture.
 void setRasterState(

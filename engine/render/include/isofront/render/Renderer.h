@@ -5,10 +5,12 @@
 #include <isofront/hierarchy/Domain.h>
 #include <isofront/hierarchy/View.h>
 #include <isofront/render/Scene.h>
+#include <isofront/render/Voxels.h>
 #include <isofront/surface/Delta.h>
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,9 @@ struct RendererOptions {
     /// removed meshes keep their memory longer.
     int framesInFlight = 2;
     int shadowMapSize = 2048; ///< along a side, >= 16 [texels]: finer shadows, 4 bytes each
+    /// All memory for voxels [bytes], at least a mebibyte; taken at once when the first chunks are
+    /// added. No more than shaders can see in one buffer, which is 128 MiB with some drivers.
+    std::uint64_t voxelPoolBytes = 128ULL << 20U;
     /// Uploads through staging buffers even where the GPU's memory could be written directly.
     bool forceStaging = false;
     /// Issues draws one by one even where one indirect call could do it.
@@ -63,6 +68,7 @@ struct FrameStats {
     std::uint64_t uploadedBytes = 0; ///< by the deltas since the last frame
     std::uint64_t poolBytesUsed = 0; ///< of the mesh pool, meshes on their way out included
     std::uint64_t deviceBytes = 0;   ///< all device memory held, by everything on the device
+    VoxelStats voxels;
 };
 
 /// Shows the mesh of a surface: keeps it on the GPU, step by step with the surface's deltas, and
@@ -94,9 +100,27 @@ public:
     void clear();
     [[nodiscard]] std::size_t cellCount() const;
 
+    /// Brings chunks of a voxel model to the device, all or on failure none. Nothing is drawn that
+    /// `draw` isn't told to draw. Returns how many bytes that took.
+    ///
+    /// @return resourceLimit if they don't fit into the pool; usage if one is there already;
+    /// badData
+    ///         if one is empty or its colours don't fit its voxels; noDevice if the device can't
+    ///         draw voxels
+    /// Blocks only if the pool is so full that it must wait for frames in flight.
+    core::Result<std::uint64_t> addChunks(std::span<const voxels::Chunk> chunks);
+    /// Forgets chunks. Those that aren't there are passed over.
+    void removeChunks(std::span<const voxels::ChunkKey> keys);
+
     /// Draws a picture of the view's size, and returns before it is done.
-    /// @return usage if the view is not valid or too large for the device
-    core::Result<FrameStats> draw(const hierarchy::View& view, const Scene& scene);
+    ///
+    /// Voxels and meshes hide each other. As meshes they get their light by their normals; a colour
+    /// takes the place of the look's materials. They receive shadows, but cast none.
+    ///
+    /// @return usage if the view is not valid or too large for the device, or a chunk that is to be
+    ///         drawn isn't there
+    core::Result<FrameStats>
+    draw(const hierarchy::View& view, const Scene& scene, const VoxelScene& voxels = {});
     /// Waits for the last picture. @return what its passes cost on the GPU, in order
     core::Result<std::vector<PassTime>> finish();
 
@@ -105,6 +129,12 @@ public:
     /// Waits for the last picture and copies its depth, rows from the top: near plane / distance
     /// along the view direction; 0 where there is nothing.
     core::Result<std::vector<float>> readDepth();
+    /// Waits for the last picture. @return which voxel each pixel shows, rows from the top
+    core::Result<std::vector<ShownVoxel>> readVoxels();
+    /// Waits for the last picture. @return which of its chunks can be seen: of those that were
+    /// shown, whether any pixel shows them; of those that were tested, whether their box isn't
+    /// hidden. Those outside the view pyramid are not listed.
+    core::Result<std::vector<ChunkSight>> readSight();
     /// The near plane of a scene that doesn't name one [world].
     [[nodiscard]] double defaultNearPlane() const;
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <isofront/voxels/Chunk.h>
+#include <isofront/voxels/Voxelization.h>
+
+#include <cstdint>
+#include <span>
+
+namespace isofront::render {
+
+/// How voxels are drawn. Both ways give the same picture, but for single pixels at edges.
+enum class VoxelWay {
+    automatic, ///< by the size that a chunk's voxels have on screen, and by the device
+    cubes,     ///< as up to three rasterised faces: best for voxels of many pixels
+    /// By compute shaders, a thread for each voxel: best for voxels of few pixels. Devices without
+    /// 64-bit atomics, and pictures of more than 16 million pixels, get cubes.
+    splats,
+};
+
+/// A chunk to be drawn; it must have been added to the renderer.
+struct VoxelDraw {
+    voxels::ChunkKey key;
+    /// Nothing of it is shown: it is only found out whether its box is hidden by what is.
+    bool occlusionOnly = false;
+};
+
+/// What is shown of a voxel model in one frame.
+struct VoxelScene {
+    voxels::VoxelLattice lattice;       ///< where the model's voxels lie
+    std::span<const VoxelDraw> draws{}; ///< in any order
+    VoxelWay way = VoxelWay::automatic; ///< how
+    float largestSplat = 12;            ///< automatic: voxels of more pixels become cubes [px]
+};
+
+/// What a pixel shows of a voxel model.
+struct ShownVoxel {
+    voxels::ChunkKey chunk;
+    std::uint32_t voxel = 0; ///< its index in the chunk
+    bool isThere = false;    ///< false: a mesh or the background
+
+    friend bool operator==(const ShownVoxel&, const ShownVoxel&) = default;
+};
+
+/// Whether a chunk can be seen in a picture.
+struct ChunkSight {
+    voxels::ChunkKey chunk;
+    bool isVisible = false;
+
+    friend bool operator==(const ChunkSight&, const ChunkSight&) = default;
+};
+
+/// What a frame's voxels were.
+struct VoxelStats {
+    std::uint64_t voxels = 0;        ///< in the chunks drawn
+    std::uint64_t splatted = 0;      ///< of these, drawn by compute shaders
+    std::size_t chunksDrawn = 0;     ///< in the view pyramid, and shown
+    std::size_t chunksCulled = 0;    ///< outside the view pyramid
+    std::size_t boxes = 0;           ///< of chunks that are only tested
+    std::uint64_t uploadedBytes = 0; ///< since the last frame
+    std::uint64_t poolBytesUsed = 0; ///< of the voxel pool, chunks on their way out included
+};
+
+} // namespace isofront::render

@@ -1,0 +1,195 @@
+#include "VoxelFrame.h"
+
+#include "FrameData.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace isofront::render {
+
+namespace {
+
+/// Farther from the model than so many voxels nothing of it can be seen; and its corners stay
+/// within 32 bits.
+constexpr double kFarthestEye = 1 << 30;
+
+shared::vec4 row(const glm::dvec3& vector, double last = 0.0)
+{
+    return shared::vec4(glm::vec3(vector), static_cast<float>(last));
+}
+
+glm::dvec3 placeOf(std::uint32_t packed)
+{
+    return {packed & 0xffU, packed >> 8U & 0xffU, packed >> 16U & 0xffU};
+}
+
+/// The view, with lengths in voxels of level 0 and places relative to the eye.
+struct LatticeView {
+    glm::dvec3 cell{0.0}; ///< that the eye is in
+    glm::dvec3 within{0.0};
+    Camera camera;
+    std::array<glm::dvec3, 4> sides; ///< inward
+    double pixels = 1;               ///< of a length of 1 at distance 1
+};
+
+LatticeView latticeView(const hierarchy::View& view, const voxels::VoxelLattice& lattice)
+{
+    LatticeView result;
+    const glm::dvec3 eye = (view.eye - lattice.origin) / lattice.edge;
+    result.cell = glm::floor(eye);
+    result.within = eye - result.cell;
+    result.camera = cameraOf(view);
+    const Camera& camera = result.camera;
+    result.sides = {
+        camera.forward * camera.tangentX + camera.right,
+        camera.forward * camera.tangentX - camera.right,
+        camera.forward * camera.tangentY + camera.up,
+        camera.forward * camera.tangentY - camera.up};
+    result.pixels = view.pixelsPerUnit();
+    return result;
+}
+
+/// A chunk in the view pyramid.
+struct Candidate {
+    const PlacedChunk* chunk = nullptr;
+    double distance = 0; ///< of its box's nearest point [voxels]
+    enum Kind { splat, cubes, box } kind = cubes;
+
+    /// An order that doesn't depend on how the draws were ordered.
+    bool operator<(const Candidate& other) const
+    {
+        if (kind != other.kind)
+            return kind < other.kind;
+        if (distance != other.distance)
+            return distance < other.distance;
+        return chunk->key < other.chunk->key;
+    }
+};
+
+glm::dvec3 cornerOf(const voxels::ChunkKey& key, const LatticeView& view)
+{
+    const double size = std::ldexp(double{voxels::kChunkEdge}, static_cast<int>(key.level));
+    return glm::dvec3(key.x, key.y, key.z) * size - view.cell;
+}
+
+void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& view)
+{
+    const PlacedChunk& chunk = *candidate.chunk;
+    const glm::dvec3 corner = cornerOf(chunk.key, view);
+    const auto index = static_cast<std::uint32_t>(frame.chunks.size());
+    const auto firstBlock = static_cast<std::uint32_t>(frame.blocks.size());
+    frame.keys.push_back(chunk.key);
+    frame.chunks.push_back(
+        {.cornerAndLevel = shared::ivec4(glm::ivec3(corner), static_cast<int>(chunk.key.level)),
+         .place = {chunk.firstWord, chunk.firstColour, chunk.voxels, firstBlock},
+         .box = {chunk.low, chunk.high, 0, 0}});
+    if (candidate.kind == Candidate::box) {
+        ++frame.boxes;
+        return;
+    }
+    for (std::uint32_t voxel = 0; voxel < chunk.voxels; voxel += shared::kVoxelsInBlock)
+        frame.blocks.push_back({{index, voxel}});
+    frame.stats.voxels += chunk.voxels;
+    ++frame.stats.chunksDrawn;
+    if (candidate.kind == Candidate::splat) {
+        frame.splatBlocks = static_cast<std::uint32_t>(frame.blocks.size());
+        frame.stats.splatted += chunk.voxels;
+        return;
+    }
+    for (std::uint32_t voxel = 0; voxel < chunk.voxels; voxel += kVoxelsInDraw) {
+        const std::uint32_t count = std::min(kVoxelsInDraw, chunk.voxels - voxel);
+        frame.cubes.push_back(
+            {.indexCount = 18 * count,
+             .instanceCount = 1,
+             .firstIndex = 0,
+             .vertexOffset = static_cast<std::int32_t>(voxel * shared::kCornersOfVoxel),
+             .firstInstance = index});
+    }
+}
+
+/// Whether, and as what, a chunk is drawn.
+std::optional<Candidate> candidateOf(
+    const PlacedChunk& chunk,
+    const LatticeView& view,
+    double near,
+    const VoxelScene& scene,
+    bool splats)
+{
+    const Camera& camera = view.camera;
+    const double edge = scene.lattice.edge;
+    const double size = std::ldexp(1.0, static_cast<int>(chunk.key.level));
+    const glm::dvec3 corner = cornerOf(chunk.key, view) - view.within;
+    // Half a voxel more on all sides, as boxes are drawn.
+    const glm::dvec3 low = corner + size * (placeOf(chunk.low) - 0.5);
+    const glm::dvec3 high = corner + size * (placeOf(chunk.high) + 1.5);
+    const glm::dvec3 centre = 0.5 * (low + high);
+    const glm::dvec3 half = 0.5 * (high - low);
+    const bool inside =
+        std::all_of(view.sides.begin(), view.sides.end(), [&](const glm::dvec3& side) {
+            return glm::dot(side, centre) + glm::dot(glm::abs(side), half) >= 0;
+        });
+    const double middle = glm::dot(camera.forward, centre);
+    const double reach = glm::dot(glm::abs(camera.forward), half);
+    if (!inside || (middle + reach) * edge < near)
+        return std::nullopt;
+    Candidate candidate{.chunk = &chunk};
+    candidate.distance = glm::length(glm::max(glm::max(low, -high), glm::dvec3(0.0)));
+    const double nearest = middle - reach;
+    // The near plane would cut a hole into the box.
+    const bool testable = nearest * edge > near;
+    const double pixels = size * view.pixels / std::max(nearest, 0.5);
+    const bool small = pixels <= static_cast<double>(scene.largestSplat);
+    if (chunk.occlusionOnly && testable)
+        candidate.kind = Candidate::box;
+    else if (
+        splats && (scene.way == VoxelWay::splats || (scene.way == VoxelWay::automatic && small)))
+        candidate.kind = Candidate::splat;
+    return candidate;
+}
+
+} // namespace
+
+VoxelFrame voxelFrame(
+    const hierarchy::View& view,
+    double near,
+    const VoxelScene& scene,
+    std::span<const PlacedChunk> chunks,
+    bool splats)
+{
+    VoxelFrame frame;
+    const double edge = scene.lattice.edge;
+    const glm::dvec3 eye = (view.eye - scene.lattice.origin) / edge;
+    if (!glm::all(glm::lessThan(glm::abs(eye), glm::dvec3(kFarthestEye)))) {
+        frame.stats.chunksCulled = chunks.size();
+        return frame;
+    }
+    const LatticeView seen = latticeView(view, scene.lattice);
+    const Camera& camera = seen.camera;
+    frame.view.eye = row(seen.within, edge);
+    frame.view.clipX = row(camera.right * (edge / camera.tangentX), near);
+    frame.view.clipY = row(camera.up * (-edge / camera.tangentY));
+    frame.view.clipW = row(camera.forward * edge);
+
+    std::vector<Candidate> candidates;
+    for (const PlacedChunk& chunk : chunks) {
+        if (const std::optional<Candidate> candidate =
+                candidateOf(chunk, seen, near, scene, splats))
+            candidates.push_back(*candidate);
+    }
+    frame.stats.chunksCulled = chunks.size() - candidates.size();
+    std::sort(candidates.begin(), candidates.end());
+    for (const Candidate& candidate : candidates) {
+        if (candidate.kind == Candidate::box && frame.boxes == 0)
+            frame.firstBox = static_cast<std::uint32_t>(frame.chunks.size());
+        append(frame, candidate, seen);
+    }
+    frame.stats.boxes = frame.boxes;
+    return frame;
+}
+
+} // namespace isofront::render

@@ -1,0 +1,47 @@
+#pragma once
+
+#include "VoxelStore.h"
+#include "isofront/render/Voxels.h"
+#include "shared/voxels.h"
+
+#include <isofront/hierarchy/View.h>
+
+#include <vulkan/vulkan_core.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace isofront::render {
+
+/// What the GPU gets to draw a frame's voxels. The chunks are in this order: shown as splats, shown
+/// as cubes, tested by their boxes only; within each the nearest first.
+struct VoxelFrame {
+    shared::VoxelView view{};
+    std::vector<shared::DrawnChunk> chunks;
+    std::vector<voxels::ChunkKey> keys; ///< of the chunks
+    std::vector<shared::VoxelBlock> blocks;
+    std::vector<VkDrawIndexedIndirectCommand> cubes;
+    std::uint32_t splatBlocks = 0; ///< the first of the blocks
+    std::uint32_t firstBox = 0;    ///< chunks from there on are only tested
+    std::uint32_t boxes = 0;
+    VoxelStats stats;
+};
+
+/// Voxels that one draw of cubes may have: its indices have 16 bits.
+inline constexpr std::uint32_t kVoxelsInDraw = 65536 / shared::kCornersOfVoxel;
+
+/// Decides what is drawn and how: leaves out what is outside the view pyramid, and orders the rest.
+/// A chunk around whose box the eye is too close to test it is shown.
+///
+/// @param near    distance of the near plane [world]
+/// @param chunks  in any order
+/// @param splats  false if nothing may be splatted
+VoxelFrame voxelFrame(
+    const hierarchy::View& view,
+    double near,
+    const VoxelScene& scene,
+    std::span<const PlacedChunk> chunks,
+    bool splats);
+
+} // namespace isofront::render

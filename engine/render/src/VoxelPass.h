@@ -1,0 +1,83 @@
+#pragma once
+
+#include "Stage.h"
+#include "Targets.h"
+#include "VoxelFrame.h"
+
+#include <isofront/core/Result.h>
+#include <isofront/gpu/Buffer.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace isofront::render {
+
+/// Draws voxels among what the mesh pass has drawn, and finds out which chunks can be seen.
+///
+/// Cubes and splats write depth and the names of voxels; then the boxes of chunks that are only to
+/// be tested are held against the depth; at last every pixel that shows a voxel gets what the
+/// shading pass needs. So a voxel costs the same to shade whichever way it is drawn, and voxels and
+/// meshes look alike.
+class VoxelPass {
+public:
+    /// @param slots  how many frames may be in flight
+    /// @param indirect  false: draws are issued one by one
+    /// @return noDevice if the device can't note from fragments what is visible
+    static core::Result<VoxelPass> create(gpu::Device& device, std::uint32_t slots, bool indirect);
+
+    /// True if a picture of this size may have splats.
+    [[nodiscard]] bool splatsInto(VkExtent2D extent) const;
+    /// Readies a slot, which the GPU must be done with, for a frame.
+    /// @param frameBlock  the slot's shared::Frame
+    /// @param pool        where the chunks are
+    core::Result<void> prepare(
+        std::size_t slot,
+        VoxelFrame frame,
+        VkExtent2D extent,
+        const gpu::Buffer& frameBlock,
+        const gpu::Buffer& pool);
+    /// Draws what the slot was readied for. The mesh pass is done, shading comes next.
+    void record(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
+    /// Colours of voxels that have some, for the shading pass.
+    [[nodiscard]] const gpu::Image& colours() const { return _colours; }
+    /// The name of the voxel in each pixel.
+    [[nodiscard]] const gpu::Image& names() const { return _names; }
+    /// What the slot was last readied for.
+    [[nodiscard]] const VoxelFrame& frame(std::size_t slot) const { return _slots[slot].frame; }
+    /// One flag for each of its chunks: whether any pixel shows it, or would. Call when the slot's
+    /// commands have been carried out.
+    [[nodiscard]] std::span<const std::uint32_t> visible(std::size_t slot) const;
+
+private:
+    /// What one of the frames in flight owns.
+    struct Slot {
+        VoxelFrame frame;
+        gpu::Buffer view;    ///< a shared::VoxelView
+        gpu::Buffer chunks;  ///< a shared::DrawnChunk for each chunk
+        gpu::Buffer blocks;  ///< a shared::VoxelBlock for each block
+        gpu::Buffer cubes;   ///< a VkDrawIndexedIndirectCommand for each draw
+        gpu::Buffer visible; ///< a flag for each chunk
+        gpu::Buffer seen;    ///< the same, for the CPU
+    };
+    core::Result<void> makePipelines();
+    core::Result<void> makeIndices();
+    core::Result<void> resize(VkExtent2D extent);
+    core::Result<void> fill(Slot& slot) const;
+    void splat(VkCommandBuffer commands, std::size_t slot) const;
+    void drawNames(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
+    void drawBoxes(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
+    void drawSurface(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
+
+    gpu::Device* _device = nullptr;
+    bool _indirect = true;
+    gpu::Sampler _nearest;
+    Stage _stage;
+    gpu::Pipeline _cubePipeline, _splatPipeline, _mergePipeline, _boxPipeline, _surfacePipeline;
+    gpu::Buffer _indices; ///< of kVoxelsInDraw voxels' faces
+    gpu::Buffer _splats;  ///< depth and name of each pixel
+    gpu::Image _names, _colours;
+    std::vector<Slot> _slots;
+};
+
+} // namespace isofront::render

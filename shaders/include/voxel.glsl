@@ -1,0 +1,77 @@
+// Surface voxels as they lie in memory, and their cubes relative to the eye.
+//
+// Corners are differences of integers, turned to float in one way: neighbours agree on them to the
+// last bit, and so do both ways of drawing.
+#ifndef ISOFRONT_VOXEL_GLSL
+#define ISOFRONT_VOXEL_GLSL
+
+#include "shared/frame.h"
+#include "shared/voxels.h"
+
+layout(set = 0, binding = 0) uniform FrameBlock { Frame frame; };
+layout(set = 0, binding = 1) uniform ViewBlock { VoxelView view; };
+layout(set = 0, binding = 2, std430) readonly buffer Chunks { DrawnChunk chunks[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Blocks { VoxelBlock blocks[]; };
+layout(set = 0, binding = 4, std430) readonly buffer Pool { uint words[]; };
+
+// A cube relative to the eye [voxels of level 0].
+struct Cube {
+    vec3 low;
+    vec3 high;
+};
+
+ivec3 placeOf(uint packed)
+{
+    return ivec3(packed & 0xffu, (packed >> 8u) & 0xffu, (packed >> 16u) & 0xffu);
+}
+
+Cube cubeAt(DrawnChunk chunk, ivec3 from, ivec3 to)
+{
+    ivec3 corner = chunk.cornerAndLevel.xyz;
+    int level = chunk.cornerAndLevel.w;
+    return Cube(
+        vec3(corner + (from << level)) - view.eye.xyz,
+        vec3(corner + ((to + 1) << level)) - view.eye.xyz);
+}
+
+Cube cubeOf(DrawnChunk chunk, uint packed)
+{
+    ivec3 at = placeOf(packed);
+    return cubeAt(chunk, at, at);
+}
+
+// The faces that a voxel has: those that are stored, and those in its chunk's border, which a
+// neighbour of other detail may leave open.
+uint facesOf(uint packed)
+{
+    ivec3 at = placeOf(packed);
+    uvec3 low = uvec3(equal(at, ivec3(0)));
+    uvec3 high = uvec3(equal(at, ivec3(255)));
+    uint caps = low.x | (high.x << 1u) | (low.y << 2u) | (high.y << 3u) | (low.z << 4u) |
+                (high.z << 5u);
+    return ((packed >> 24u) & 0x3fu) | caps;
+}
+
+// Those faces of a cube whose front the eye is before: at most one along each axis.
+uint facesTowardsEye(Cube cube)
+{
+    uvec3 low = uvec3(greaterThan(cube.low, vec3(0.0)));
+    uvec3 high = uvec3(lessThan(cube.high, vec3(0.0)));
+    return low.x | (high.x << 1u) | (low.y << 2u) | (high.y << 3u) | (low.z << 4u) |
+           (high.z << 5u);
+}
+
+vec4 clipped(vec3 fromEye)
+{
+    return vec4(
+        dot(view.clipX.xyz, fromEye), dot(view.clipY.xyz, fromEye), view.clipX.w,
+        dot(view.clipW.xyz, fromEye));
+}
+
+// The name of a chunk's voxel in the frame.
+uint nameOf(DrawnChunk chunk, uint voxel)
+{
+    return (chunk.place.w << kBlockBits) + voxel + 1u;
+}
+
+#endif

@@ -1,0 +1,54 @@
+// What the shaders know of surface voxels.
+#ifndef ISOFRONT_SHARED_VOXELS_H
+#define ISOFRONT_SHARED_VOXELS_H
+
+#include "shared/types.h"
+
+ISOFRONT_SHARED_BEGIN
+
+// Voxels of a block, which one group of threads draws. The name of a voxel in a frame is 256 times
+// its block, plus its place in the block, plus 1; 0 is no voxel.
+const uint kVoxelsInBlock = 256u;
+const uint kBlockBits = 8u;
+
+// Corners of the three faces that a voxel may show.
+const uint kCornersOfVoxel = 12u;
+
+// The frame as the voxels' lattice sees it; lengths in voxels of level 0. The lattice's axes are
+// the world's.
+struct VoxelView {
+    // The eye within its cell of the lattice, in [0, 1); in w the edge of a voxel [world].
+    vec4 eye;
+    // Rows that take a vector from the eye to clip x, y and w [world / voxel]. In the w of the
+    // first: clip z, the distance of the near plane [world].
+    vec4 clipX;
+    vec4 clipY;
+    vec4 clipW;
+};
+
+// A chunk that is drawn.
+struct DrawnChunk {
+    // Its low corner, less the cell that the eye is in [voxels of level 0]; in w its level.
+    ivec4 cornerAndLevel;
+    // In the pool of words: where its voxels begin, where their colours begin (0: it has none); its
+    // number of voxels; its first block.
+    uvec4 place;
+    // The places of the low and of the high corner of the box around its voxels, packed as voxels
+    // are; the others are unused.
+    uvec4 box;
+};
+
+// Which chunk of the frame a block belongs to, and its first voxel there.
+struct VoxelBlock {
+    uvec2 chunkAndVoxel;
+};
+
+ISOFRONT_SHARED_END
+
+#ifdef __cplusplus
+static_assert(sizeof(isofront::shared::VoxelView) == 4 * 16);
+static_assert(sizeof(isofront::shared::DrawnChunk) == 3 * 16);
+static_assert(sizeof(isofront::shared::VoxelBlock) == 8);
+#endif
+
+#endif

@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+// A voxel's three faces towards the eye, four corners each, from its place alone. Faces that it
+// doesn't have shrink to nothing.
+#include "include/voxel.glsl"
+
+layout(location = 0) flat out uint name;
+
+invariant gl_Position;
+
+void main()
+{
+    DrawnChunk chunk = chunks[gl_InstanceIndex];
+    uint corner = uint(gl_VertexIndex);
+    uint voxel = corner / kCornersOfVoxel;
+    corner -= voxel * kCornersOfVoxel;
+    name = nameOf(chunk, voxel);
+
+    uint packed = words[chunk.place.x + 2u * voxel];
+    Cube cube = cubeOf(chunk, packed);
+    uint axis = corner >> 2u;
+    uint shown = (facesOf(packed) & facesTowardsEye(cube)) >> (2u * axis);
+    if ((shown & 3u) == 0u) {
+        gl_Position = vec4(0.0, 0.0, -1.0, 1.0);
+        return;
+    }
+    vec3 side = vec3(0.0);
+    side[axis] = (shown & 2u) != 0u ? 1.0 : 0.0;
+    side[axis == 0u ? 1 : 0] = float(corner & 1u);
+    side[axis == 2u ? 1 : 2] = float((corner >> 1u) & 1u);
+    gl_Position = clipped(mix(cube.low, cube.high, bvec3(side)));
+}
