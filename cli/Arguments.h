@@ -41,5 +41,6 @@ Action addExtract(CLI::App& app);
 Action addInfo(CLI::App& app);
 Action addFly(CLI::App& app);
 Action addRender(CLI::App& app);
+Action addVoxelize(CLI::App& app);
 
 } // namespace isofront::cli

@@ -1,15 +1,22 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "ModelReports.h"
 #include "SourceArguments.h"
 
+#include <isofront/exchange/ModelFile.h>
 #include <isofront/fields/Procedural.h>
+#include <isofront/voxels/ChunkStore.h>
 
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <numeric>
 #include <string>
+#include <vector>
 
 namespace isofront::cli {
 
@@ -20,6 +27,7 @@ using Json = nlohmann::ordered_json;
 struct InfoArguments {
     std::string source;
     SourceArguments input;
+    bool check = false;
     bool json = false;
     bool quiet = false;
 };
@@ -113,14 +121,16 @@ Json volumeJson(const volume::LoadedVolume& loaded)
     return json;
 }
 
+std::string textOf(const glm::dvec3& v)
+{
+    char buffer[128];
+    std::snprintf(buffer, sizeof buffer, "%.6g %.6g %.6g", v.x, v.y, v.z);
+    return buffer;
+}
+
 void printVolume(const Source& source, const volume::LoadedVolume& loaded)
 {
     const volume::VolumeInfo& info = loaded.info;
-    const auto text = [](const glm::dvec3& v) {
-        char buffer[128];
-        std::snprintf(buffer, sizeof buffer, "%.6g %.6g %.6g", v.x, v.y, v.z);
-        return std::string(buffer);
-    };
     std::printf("%s: %s\n", source.name.c_str(), source.description.c_str());
     std::printf(
         "  voxels       %d x %d x %d %s\n",
@@ -128,12 +138,12 @@ void printVolume(const Source& source, const volume::LoadedVolume& loaded)
         info.dimensions.y,
         info.dimensions.z,
         std::string(volume::nameOf(info.voxelType)).c_str());
-    std::printf("  spacing      %s\n", text(info.spacing).c_str());
-    std::printf("  origin       %s\n", text(info.origin).c_str());
+    std::printf("  spacing      %s\n", textOf(info.spacing).c_str());
+    std::printf("  origin       %s\n", textOf(info.origin).c_str());
     std::printf(
         "  world box    %s to %s\n",
-        text(source.worldBox.low).c_str(),
-        text(source.worldBox.high).c_str());
+        textOf(source.worldBox.low).c_str(),
+        textOf(source.worldBox.high).c_str());
     std::printf("  values       %.6g to %.6g\n", info.values.low, info.values.high);
     if (info.values.nonFiniteCount > 0)
         std::printf("  not finite   %s voxels\n", grouped(info.values.nonFiniteCount).c_str());
@@ -199,10 +209,160 @@ void printElevation(const Source& source, const elevation::LoadedElevation& load
         std::printf("  note         %s\n", note.c_str());
 }
 
+int infoOfMesh(const InfoArguments& arguments)
+{
+    const auto options = sourceOptions(arguments.input, interruptions());
+    if (!options)
+        return report(options.error());
+    const auto model = exchange::readModel(arguments.source, options->memoryLimit);
+    if (!model)
+        return report(model.error());
+    const voxels::ModelReport found = voxels::inspect(*model);
+    if (arguments.json) {
+        Json json;
+        json["source"] = arguments.source;
+        json["description"] = "mesh";
+        json["world_box"] = boxJson(found.bounds);
+        json["mesh"] = meshJson(*model, found);
+        print(json);
+        return 0;
+    }
+    std::printf("%s: mesh\n", arguments.source.c_str());
+    std::printf("  vertices     %s\n", grouped(model->positions.size()).c_str());
+    std::printf("  triangles    %s\n", grouped(found.triangles).c_str());
+    std::printf("  colours      %s\n", model->colours.empty() ? "none" : "of vertices");
+    if (!found.bounds.isEmpty())
+        std::printf(
+            "  world box    %s to %s\n",
+            textOf(found.bounds.low).c_str(),
+            textOf(found.bounds.high).c_str());
+    for (const std::string& note : found.notes())
+        std::printf("  note         %s\n", note.c_str());
+    return 0;
+}
+
+/// What reading all chunks of a model tells.
+struct CheckedChunks {
+    std::vector<std::uint64_t> voxels; ///< by level
+    std::vector<std::string> damaged;  ///< in sentences that name them
+};
+
+CheckedChunks
+checkChunks(const voxels::ChunkStore& store, const std::vector<voxels::ChunkKey>& keys)
+{
+    CheckedChunks checked;
+    checked.voxels.resize(store.model().lattice.levels);
+    const std::stop_token stop = interruptions();
+    for (const voxels::ChunkKey& key : keys) {
+        if (stop.stop_requested())
+            break;
+        const auto chunk = store.get(key);
+        if (!chunk)
+            checked.damaged.push_back(chunk.error().message);
+        else if (*chunk && key.level < checked.voxels.size())
+            checked.voxels[key.level] += (*chunk)->voxels.size();
+    }
+    const voxels::StoredModel& model = store.model();
+    const std::uint64_t all =
+        std::accumulate(checked.voxels.begin(), checked.voxels.end(), std::uint64_t{0});
+    if (checked.damaged.empty() && (keys.size() != model.chunks || all != model.allVoxels))
+        checked.damaged.push_back(
+            "chunks are missing: there are " + std::to_string(keys.size()) + " with " +
+            std::to_string(all) + " voxels, of " + std::to_string(model.chunks) + " with " +
+            std::to_string(model.allVoxels));
+    return checked;
+}
+
+int infoOfStore(const InfoArguments& arguments)
+{
+    const auto store = voxels::openAnyStore(arguments.source);
+    if (!store)
+        return report(store.error());
+    const voxels::StoredModel& model = (*store)->model();
+    const auto box = voxels::worldBox(**store);
+    if (!box && !arguments.check)
+        return report(box.error());
+    const std::vector<voxels::ChunkKey> keys = (*store)->keys();
+    std::vector<std::uint64_t> chunks(model.lattice.levels);
+    for (const voxels::ChunkKey& key : keys)
+        if (key.level < chunks.size())
+            ++chunks[key.level];
+    CheckedChunks checked;
+    if (arguments.check) {
+        checked = checkChunks(**store, keys);
+        if (interruptions().stop_requested())
+            return report({core::ErrorCode::interrupted, "interrupted"});
+    }
+    const std::uint64_t bytes = bytesOnDisk(arguments.source);
+    const bool isFolder = std::filesystem::is_directory(arguments.source);
+
+    if (arguments.json) {
+        Json json;
+        json["source"] = arguments.source;
+        json["description"] = "voxel model";
+        json["world_box"] = box ? boxJson(*box) : Json(nullptr);
+        json["model"] = modelJson(model);
+        json["model"]["format"] = isFolder ? "folder" : "lmdb";
+        json["model"]["bytes"] = bytes;
+        json["model"]["chunks_by_level"] = chunks;
+        if (arguments.check) {
+            json["model"]["voxels_by_level"] = checked.voxels;
+            json["model"]["damaged"] = checked.damaged;
+        }
+        print(json);
+    } else {
+        std::printf(
+            "%s: voxel model in %s\n",
+            arguments.source.c_str(),
+            isFolder ? "a folder" : "an LMDB file");
+        std::printf("  made from    %s\n", model.name.c_str());
+        std::printf(
+            "  resolution   %u voxels of edge %.6g, %s\n",
+            model.lattice.resolution,
+            model.lattice.edge,
+            model.separability == voxels::Separability::six ? "six-separating" : "conservative");
+        if (box && !box->isEmpty())
+            std::printf(
+                "  world box    %s to %s\n", textOf(box->low).c_str(), textOf(box->high).c_str());
+        std::printf("  colours      %s\n", model.coloured ? "yes" : "none");
+        std::printf(
+            "  voxels       %s, %s of all levels\n",
+            grouped(model.voxels).c_str(),
+            grouped(model.allVoxels).c_str());
+        for (std::size_t level = 0; level < chunks.size(); ++level)
+            std::printf(
+                "  level %-2zu     %s chunks%s\n",
+                level,
+                grouped(chunks[level]).c_str(),
+                arguments.check ? (", " + grouped(checked.voxels[level]) + " voxels").c_str() : "");
+        std::printf("  on disk      %s bytes\n", grouped(bytes).c_str());
+        for (const std::string& damage : checked.damaged)
+            std::printf("  damaged      %s\n", damage.c_str());
+    }
+    if (!checked.damaged.empty())
+        return report(
+            {core::ErrorCode::badData,
+             checked.damaged.front() +
+                 (checked.damaged.size() > 1
+                      ? ", and " + std::to_string(checked.damaged.size() - 1) + " more"
+                      : std::string()) +
+                 "; voxelise it again"});
+    return 0;
+}
+
 int info(const InfoArguments& arguments)
 {
     if (arguments.source == "proc:")
         return listProcedural(arguments.json);
+    const bool isStore = voxels::isStore(arguments.source);
+    if (arguments.check && !isStore)
+        return report(
+            {core::ErrorCode::usage,
+             "--check is for voxel models, and " + arguments.source + " is none"});
+    if (isStore)
+        return infoOfStore(arguments);
+    if (exchange::isModelName(arguments.source))
+        return infoOfMesh(arguments);
     const auto source = openSource(arguments.source, arguments.input, interruptions());
     if (!source)
         return report(source.error());
@@ -248,8 +408,13 @@ Action addInfo(CLI::App& app)
     auto arguments = std::make_shared<InfoArguments>();
     CLI::App* command = app.add_subcommand(
         "info", "Tell what a source holds; 'info proc:' lists procedural sources");
-    addSource(*command, arguments->source)->required();
+    CLI::Option* const source = addSource(*command, arguments->source)->required();
+    source->description(
+        source->get_description() +
+        ";\nor a mesh: .ply .obj .stl, gzipped or not; or a voxel model that 'voxelize' wrote");
     addSourceArguments(*command, arguments->input);
+    command->add_flag(
+        "--check", arguments->check, "read all chunks of a voxel model, and name damaged ones");
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "as in the other commands; info is quiet");
     return [arguments] { return info(*arguments); };

@@ -14,7 +14,7 @@ int main(int argc, char** argv)
         "a view needs.\n\n"
         "SOURCE is a volume (.nrrd .nhdr .nii .nii.gz .mha .mhd .vdb .raw, a folder of DICOM\n"
         "or TIFF slices), an elevation raster (.hgt .hgt.gz .tif .png) or a procedural field,\n"
-        "proc:NAME[?key=value&...]; 'isofront info proc:' lists those.\n"};
+        "proc:NAME[?key=value&...]; 'isofront info proc:' lists those. 'voxelize' takes meshes.\n"};
     app.name("isofront");
     app.require_subcommand(1);
     app.set_version_flag("--version", "isofront " ISOFRONT_VERSION);
@@ -23,7 +23,8 @@ int main(int argc, char** argv)
         "  isofront fly --preset canyon --out flight\n"
         "  isofront info head.nrrd\n"
         "  isofront extract head.nrrd --isovalue 300 --closed -o bone.glb\n"
-        "  isofront render proc:julia -o julia.png\n\n"
+        "  isofront render proc:julia -o julia.png\n"
+        "  isofront voxelize dragon.ply.gz --resolution 2048 -o dragon.voxels\n\n"
         "Exit codes: 0 done, 2 bad usage, 3 bad input data, 4 input/output failure, 5 no usable\n"
         "device, 6 resource limit, 130 interrupted. 'isofront COMMAND --help' tells more.");
 
@@ -33,6 +34,7 @@ int main(int argc, char** argv)
 #endif
     actions["extract"] = cli::addExtract(app);
     actions["info"] = cli::addInfo(app);
+    actions["voxelize"] = cli::addVoxelize(app);
 #ifdef ISOFRONT_WITH_VULKAN
     actions["fly"] = cli::addFly(app);
     actions["render"] = cli::addRender(app);

@@ -131,8 +131,16 @@ TEST_F(HostileFiles, ofCompressedNrrdCutShortOrDamagedAreBadData)
     const std::string packed = test::gzipped(bytes);
     const std::string header = test::nrrdHeader("uint8", "64 64 64", "gzip");
     for (const std::size_t part : {2U, 3U, 10U})
-        expectReaderRefuses("cut.nrrd", header + packed.substr(0, packed.size() / part));
-    expectReaderRefuses("less.nrrd", header + test::gzipped(bytes.substr(0, bytes.size() - 1)));
+        expectRefused(
+            "cut.nrrd",
+            header + packed.substr(0, packed.size() / part),
+            ErrorCode::badData,
+            "cut short: they unpack to");
+    expectRefused(
+        "less.nrrd",
+        header + test::gzipped(bytes.substr(0, bytes.size() - 1)),
+        ErrorCode::badData,
+        "unpack to 262143 of 262144 bytes");
     std::string damaged = packed;
     damaged[damaged.size() / 2] ^= 0x55;
     expectReaderRefuses("damaged.nrrd", header + damaged);

@@ -79,7 +79,17 @@ std::optional<std::array<std::uint32_t, 3>> numbersOf(std::string_view name)
 
 class FolderStore : public ChunkStore {
 public:
-    explicit FolderStore(std::filesystem::path path) : _path(std::move(path)) {}
+    /// @param written  the name until it is done; empty for one that is
+    explicit FolderStore(std::filesystem::path path, std::filesystem::path written = {})
+        : _path(std::move(path)), _written(std::move(written))
+    {
+    }
+    ~FolderStore() override
+    {
+        std::error_code ignored;
+        if (!_written.empty())
+            std::filesystem::remove_all(_written, ignored);
+    }
 
     std::optional<core::Error> open()
     {
@@ -110,9 +120,16 @@ public:
     }
     std::optional<core::Error> finish(const StoredModel& model) override
     {
-        _model = model;
         const std::string text = encoded(model) + "\n";
-        return writeWhole(_path / kModelFile, std::as_bytes(std::span(text)));
+        if (auto failed = writeWhole(_written / kModelFile, std::as_bytes(std::span(text))))
+            return failed;
+        std::error_code failed;
+        std::filesystem::rename(_written, _path, failed);
+        if (failed)
+            return unusable(_path, "can't be given its name: " + failed.message());
+        _written.clear();
+        _model = model;
+        return std::nullopt;
     }
 
     [[nodiscard]] const StoredModel& model() const override { return _model; }
@@ -154,26 +171,35 @@ private:
         std::string name =
             std::to_string(key.z) + "-" + std::to_string(key.y) + "-" + std::to_string(key.x);
         name += kExtension;
-        return _path / std::to_string(key.level) / name;
+        return (_written.empty() ? _path : _written) / std::to_string(key.level) / name;
     }
 
     std::filesystem::path _path;
+    std::filesystem::path _written; ///< while it is not done
     StoredModel _model;
 };
 
 } // namespace
 
-core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesystem::path& path)
+core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesystem::path& name)
 {
+    // "model/" is "model"
+    const std::filesystem::path path = name.has_filename() ? name : name.parent_path();
     std::error_code failed;
-    std::filesystem::create_directory(path, failed);
-    if (failed || !std::filesystem::is_directory(path))
-        return tl::unexpected(
-            unusable(path, failed ? "can't be made: " + failed.message() : "is not a folder"));
-    if (!std::filesystem::is_empty(path, failed))
-        return core::failure(
-            core::ErrorCode::usage, path.string() + ": is not empty; name a new folder");
-    return std::make_unique<FolderStore>(path);
+    if (std::filesystem::exists(path, failed)) {
+        if (!std::filesystem::is_directory(path, failed))
+            return tl::unexpected(unusable(path, "is not a folder"));
+        if (!std::filesystem::is_empty(path, failed))
+            return core::failure(
+                core::ErrorCode::usage, path.string() + ": is not empty; name a new folder");
+    }
+    const std::filesystem::path part = path.string() + ".part";
+    if (!std::filesystem::create_directory(part, failed))
+        return tl::unexpected(unusable(
+            part,
+            failed ? "can't be made: " + failed.message()
+                   : "is there already; remove it if it is left from earlier work"));
+    return std::make_unique<FolderStore>(path, part);
 }
 
 core::Result<std::unique_ptr<ChunkStore>> openFolderStore(const std::filesystem::path& path)

@@ -82,6 +82,19 @@ public:
             code = code == 0 ? ::mdb_txn_commit(transaction) : (::mdb_txn_abort(transaction), code);
         if (code != 0)
             return fail(code);
+        // what a file that was cut short lacks can't be read: the process would be ended
+        MDB_envinfo info{};
+        MDB_stat stat{};
+        ::mdb_env_info(environment._handle, &info);
+        ::mdb_env_stat(environment._handle, &stat);
+        std::error_code ignored;
+        const std::uintmax_t needed = (std::uintmax_t{info.me_last_pgno} + 1) * stat.ms_psize;
+        if (const std::uintmax_t size = std::filesystem::file_size(path, ignored);
+            !forWriting && size < needed)
+            return core::failure(
+                core::ErrorCode::badData,
+                path.string() + ": is cut short: it has " + std::to_string(size) + " of " +
+                    std::to_string(needed) + " bytes; get it again");
         return environment;
     }
 
@@ -140,6 +153,7 @@ public:
         if (!_isFinished && !_written.empty()) {
             std::error_code ignored;
             std::filesystem::remove(lockOf(_written), ignored);
+            std::filesystem::remove(_written, ignored);
         }
     }
 

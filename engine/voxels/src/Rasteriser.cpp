@@ -1,6 +1,7 @@
 #include "Rasteriser.h"
 
 #include "Crosshair.h"
+#include "LinearColour.h"
 #include "TriangleSlices.h"
 
 #include <algorithm>
@@ -14,13 +15,6 @@ namespace {
 constexpr std::uint32_t kKept = 1U << 31U;
 /// The weight of a triangle that only touches a cube: it decides nothing where there is any area.
 constexpr float kTrace = 1e-12F;
-
-/// The linear value of an 8-bit sRGB one.
-float linear(std::uint32_t code)
-{
-    const double c = code / 255.0;
-    return static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-}
 
 } // namespace
 
@@ -48,9 +42,7 @@ LatticeModel onLattice(const TriangleModel& model, const VoxelLattice& lattice)
         }
         result.points.push_back(point);
     }
-    std::array<float, 256> linearOf{};
-    for (std::uint32_t code = 0; code < 256; ++code)
-        linearOf[code] = linear(code);
+    const std::array<float, 256> linearOf = linearOfCodes();
     result.colours.reserve(model.colours.size());
     for (const std::uint32_t colour : model.colours) {
         const float opacity = static_cast<float>(colour >> 24U) / 255.0F;

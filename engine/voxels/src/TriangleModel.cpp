@@ -55,11 +55,16 @@ void countEdges(
     std::vector<Edge> edges;
     edges.reserve(3 * usable.size());
     for (const std::uint32_t index : usable) {
+        std::array<std::uint64_t, 3> corners{};
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            corners[corner] = weld[model.triangles[index][corner]];
+        // one that has shrunk to a line, or a point, leaves its neighbours side by side
+        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
+            continue;
         for (std::size_t corner = 0; corner < 3; ++corner) {
-            const std::uint64_t a = weld[model.triangles[index][corner]];
-            const std::uint64_t b = weld[model.triangles[index][(corner + 1) % 3]];
-            if (a != b)
-                edges.push_back({std::min(a, b) << 32U | std::max(a, b), a < b});
+            const std::uint64_t a = corners[corner];
+            const std::uint64_t b = corners[(corner + 1) % 3];
+            edges.push_back({std::min(a, b) << 32U | std::max(a, b), a < b});
         }
     }
     std::ranges::sort(edges, {}, &Edge::ends);

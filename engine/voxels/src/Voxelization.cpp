@@ -124,6 +124,12 @@ private:
 
 } // namespace
 
+std::uint32_t levelsFor(std::uint32_t resolution)
+{
+    const std::uint32_t chunks = (resolution + kChunkEdge - 1) / kChunkEdge;
+    return 1 + static_cast<std::uint32_t>(std::bit_width(chunks - 1));
+}
+
 VoxelLattice latticeFor(const core::Box& bounds, std::uint32_t resolution)
 {
     VoxelLattice lattice;
@@ -132,8 +138,7 @@ VoxelLattice latticeFor(const core::Box& bounds, std::uint32_t resolution)
     const double longest = std::max({size.x, size.y, size.z});
     lattice.edge = longest > 0 ? longest / (resolution - 0.5) : 1;
     lattice.origin = bounds.low - glm::dvec3(0.25 * lattice.edge);
-    const std::uint32_t chunks = (resolution + kChunkEdge - 1) / kChunkEdge;
-    lattice.levels = 1 + static_cast<std::uint32_t>(std::bit_width(chunks - 1));
+    lattice.levels = levelsFor(resolution);
     return lattice;
 }
 

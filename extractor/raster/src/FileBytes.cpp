@@ -34,7 +34,7 @@ core::Result<void> checkReadable(const std::filesystem::path& path)
 }
 
 core::Result<std::vector<std::byte>>
-readFileBytes(const std::filesystem::path& path, std::uint64_t mostBytes)
+readFileBytes(const std::filesystem::path& path, std::uint64_t mostBytes, ErrorCode whenMore)
 {
     if (const auto readable = checkReadable(path); !readable)
         return tl::unexpected(readable.error());
@@ -57,9 +57,10 @@ readFileBytes(const std::filesystem::path& path, std::uint64_t mostBytes)
         bytes.resize(held + static_cast<std::size_t>(read));
         if (bytes.size() > mostBytes)
             return failure(
-                ErrorCode::badData,
+                whenMore,
                 "the file holds more than the " + std::to_string(mostBytes) +
-                    " bytes that such a file can have");
+                    (whenMore == ErrorCode::resourceLimit ? " bytes that were allowed for"
+                                                          : " bytes that such a file can have"));
         if (static_cast<std::size_t>(read) < kChunk)
             break;
     }

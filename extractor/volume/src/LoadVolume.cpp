@@ -133,7 +133,12 @@ readChecked(const std::filesystem::path& path, VolumeFormat format, const LoadOp
             return tl::unexpected(checked.error());
     }
 #ifdef ISOFRONT_WITH_ITK
-    return readThroughItk(path, format, *header, options);
+    auto voxels = readThroughItk(path, format, *header, options);
+    // Teem counts bytes in its own words; ours say what to make of it.
+    if (!voxels && voxels.error().code == ErrorCode::badData && !header->dataFile.empty())
+        if (const auto checked = checkCompressedData(*header); !checked)
+            return tl::unexpected(checked.error());
+    return voxels;
 #else
     return notBuiltIn(format, "ISOFRONT_WITH_ITK");
 #endif
@@ -196,7 +201,7 @@ core::Result<LoadedVolume> load(const std::filesystem::path& path, const LoadOpt
         return failure(
             ErrorCode::usage,
             "the extension is not one of a volume; supported are .nrrd, .nhdr, .nii, .nii.gz, "
-            ".mha, .mhd, .vdb, .tif, .raw, and folders of DICOM or TIFF slices");
+            ".mha, .mhd, .vdb, .tif, .raw, .raw.gz, and folders of DICOM or TIFF slices");
     if (const auto readable = raster::checkReadable(path); !readable)
         return tl::unexpected(readable.error());
     return *format == VolumeFormat::vdb ? loadSparse(path, options)

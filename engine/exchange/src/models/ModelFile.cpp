@@ -10,9 +10,6 @@ namespace isofront::exchange {
 
 namespace {
 
-/// Larger files, once unpacked, are not read.
-constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 36U;
-
 /// The extension in small letters, that of the packed file if it is gzipped.
 std::string formatOf(std::filesystem::path path)
 {
@@ -26,22 +23,36 @@ std::string formatOf(std::filesystem::path path)
     return small(path.extension().string());
 }
 
-} // namespace
+using Reader = core::Result<voxels::TriangleModel> (*)(std::span<const std::byte>);
 
-core::Result<voxels::TriangleModel> readModel(const std::filesystem::path& path)
+/// What reads a format; null if nothing does.
+Reader readerOf(const std::filesystem::path& path)
 {
     const std::string format = formatOf(path);
-    const auto reader = format == ".ply"   ? readPly
-                        : format == ".stl" ? readStl
-                        : format == ".obj" ? readObj
-                                           : nullptr;
+    return format == ".ply"   ? readPly
+           : format == ".stl" ? readStl
+           : format == ".obj" ? readObj
+                              : nullptr;
+}
+
+} // namespace
+
+bool isModelName(const std::filesystem::path& path)
+{
+    return readerOf(path) != nullptr;
+}
+
+core::Result<voxels::TriangleModel>
+readModel(const std::filesystem::path& path, std::uint64_t mostBytes)
+{
+    const Reader reader = readerOf(path);
     if (reader == nullptr)
         return core::failure(
             core::ErrorCode::usage,
             path.string() + ": meshes are read from .ply, .stl and .obj files, gzipped or not");
     if (auto readable = raster::checkReadable(path); !readable)
         return tl::unexpected(readable.error().within(path.string()));
-    const auto bytes = raster::readFileBytes(path, kMostBytes);
+    const auto bytes = raster::readFileBytes(path, mostBytes, core::ErrorCode::resourceLimit);
     if (!bytes)
         return tl::unexpected(bytes.error().within(path.string()));
     auto model = reader(*bytes);

@@ -49,15 +49,26 @@ public:
 std::unique_ptr<ChunkStore> memoryStore();
 
 /// A store in one LMDB file. What was committed, every few megabytes, survives if the process or
-/// the machine goes down; until `finish` the file has another name, with `.part` behind it.
+/// the machine goes down; until `finish` the file has another name, with `.part` behind it, and an
+/// earlier one stays as it was. Destroyed without `finish`, it leaves nothing behind.
 ///
 /// Fails with `inputOutput` if the file can't be made or read, `badData` if it is something else,
 /// newer, or unfinished.
 core::Result<std::unique_ptr<ChunkStore>> createStore(const std::filesystem::path& path);
 core::Result<std::unique_ptr<ChunkStore>> openStore(const std::filesystem::path& path);
 
-/// A store in a folder, a file for each chunk: for web servers and for those who look.
+/// A store in a folder, a file for each chunk: for web servers and for those who look. It, too, is
+/// made under a name with `.part` behind it; a folder that is not empty is not replaced.
 core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesystem::path& path);
 core::Result<std::unique_ptr<ChunkStore>> openFolderStore(const std::filesystem::path& path);
+
+/// Whether a path names one of both, finished or not, as far as its first bytes tell: a file of
+/// LMDB, or a folder with the description of a model.
+bool isStore(const std::filesystem::path& path);
+/// Opens either kind.
+core::Result<std::unique_ptr<ChunkStore>> openAnyStore(const std::filesystem::path& path);
+
+/// The box of a model's voxels, as far as the coarsest level knows it [world]. Fails as `get` does.
+core::Result<core::Box> worldBox(const ChunkStore& store);
 
 } // namespace isofront::voxels

@@ -39,6 +39,10 @@ struct VoxelLattice {
 /// @param resolution  1 to kMaxResolution
 VoxelLattice latticeFor(const core::Box& bounds, std::uint32_t resolution);
 
+/// How many levels of detail there are, so that the coarsest is one chunk.
+/// @param resolution  at least 1
+std::uint32_t levelsFor(std::uint32_t resolution);
+
 inline constexpr std::uint32_t kMaxResolution = 1U << 16U;
 
 struct VoxelizationSettings {

@@ -1,0 +1,257 @@
+#include "Arguments.h"
+#include "Console.h"
+#include "ModelReports.h"
+#include "SourceArguments.h"
+
+#include <isofront/core/Process.h>
+#include <isofront/exchange/ModelFile.h>
+#include <isofront/voxels/ChunkStore.h>
+#include <isofront/voxels/Voxelization.h>
+
+#include <nlohmann/json.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace isofront::cli {
+
+namespace {
+
+using core::ErrorCode;
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+struct VoxelizeArguments {
+    std::string source;
+    SourceArguments input;
+    std::string output;
+    std::string format = "lmdb";
+    std::uint32_t resolution = 0;
+    bool conservative = false;
+    bool allFaces = false;
+    std::string scratch;
+    std::size_t threads = 0;
+    bool json = false;
+    bool quiet = false;
+};
+
+double secondsSince(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The name of a file or folder without a slash at its end.
+std::filesystem::path bare(const std::filesystem::path& path)
+{
+    return path.has_filename() ? path : path.parent_path();
+}
+
+/// A source that is ready to be voxelised, whatever it is.
+struct VoxelSource {
+    using Voxelizing = std::function<core::Result<voxels::VoxelizationReport>(
+        const voxels::VoxelizationSettings&,
+        voxels::ChunkSink&,
+        core::Jobs&,
+        const std::atomic<bool>* cancelled,
+        const std::function<void(double)>& progress)>;
+    Voxelizing voxelize;
+    bool coloured = false;
+    /// Its part of the JSON object, and the key that it has there.
+    std::string key;
+    std::function<Json(const voxels::VoxelizationReport&)> describe;
+};
+
+core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const SourceOptions& options)
+{
+    auto read = exchange::readModel(arguments.source, options.memoryLimit);
+    if (!read)
+        return tl::unexpected(read.error());
+    const auto model = std::make_shared<const voxels::TriangleModel>(std::move(*read));
+    VoxelSource source;
+    source.voxelize = [model](auto&&... passed) { return voxels::voxelize(*model, passed...); };
+    source.coloured = !model->colours.empty();
+    source.key = "mesh";
+    source.describe = [model](const voxels::VoxelizationReport& report) {
+        return meshJson(*model, report.model);
+    };
+    return source;
+}
+
+core::Result<VoxelSource>
+openVoxelSource(const VoxelizeArguments& arguments, const SourceOptions& options)
+{
+    if (exchange::isModelName(arguments.source))
+        return openMesh(arguments, options);
+    return core::failure(
+        ErrorCode::usage,
+        arguments.source + ": meshes are voxelised, .ply, .obj and .stl, gzipped or not");
+}
+
+/// Refuses, before any work, what writing would end in.
+core::Result<void> checkOutput(const VoxelizeArguments& arguments)
+{
+    std::error_code ignored;
+    if (std::filesystem::equivalent(arguments.source, arguments.output, ignored))
+        return core::failure(
+            ErrorCode::usage, arguments.output + " is the source: name another model to write");
+    if (arguments.format == "folder" && std::filesystem::is_directory(arguments.output, ignored))
+        return {}; // an empty one will do
+    return checkFolderOf(
+        arguments.format == "folder" ? bare(arguments.output).string() : arguments.output);
+}
+
+int voxelize(const VoxelizeArguments& arguments)
+{
+    const auto start = Clock::now();
+    const std::stop_token stop = interruptions();
+    Progress progress(arguments.quiet);
+    const auto options = sourceOptions(arguments.input, stop);
+    if (!options)
+        return report(options.error());
+    if (const auto checked = checkOutput(arguments); !checked)
+        return report(checked.error());
+
+    progress.show("loading " + arguments.source, -1);
+    const auto source = openVoxelSource(arguments, *options);
+    if (!source)
+        return report(source.error());
+    const double loadSeconds = secondsSince(start);
+
+    auto store = arguments.format == "folder" ? voxels::createFolderStore(arguments.output)
+                                              : voxels::createStore(arguments.output);
+    if (!store)
+        return report(store.error());
+    voxels::VoxelizationSettings settings;
+    settings.resolution = arguments.resolution;
+    settings.separability =
+        arguments.conservative ? voxels::Separability::conservative : voxels::Separability::six;
+    settings.allFaces = arguments.allFaces;
+    // where the model goes there is room, as the system's folder for such may be in memory
+    settings.scratchFolder = !arguments.scratch.empty() ? std::filesystem::path(arguments.scratch)
+                                                        : bare(arguments.output).parent_path();
+    const auto jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
+    std::atomic<bool> cancelled = false;
+    const std::stop_callback cancelling(stop, [&] { cancelled = true; });
+    const auto made = source->voxelize(settings, **store, *jobs, &cancelled, [&](double share) {
+        progress.show("voxelising " + arguments.source, share);
+    });
+    progress.finish();
+    if (!made && made.error().code == ErrorCode::interrupted)
+        return report({ErrorCode::interrupted, "interrupted; nothing was written"});
+    if (!made)
+        return report(made.error().within(arguments.source));
+    const double voxelizeSeconds = secondsSince(start) - loadSeconds;
+
+    voxels::StoredModel model;
+    model.name = std::filesystem::path(arguments.source).filename().string();
+    model.lattice = made->lattice;
+    model.voxels = made->voxels;
+    model.allVoxels = made->allVoxels;
+    model.chunks = made->chunks;
+    model.coloured = source->coloured;
+    model.separability = settings.separability;
+    progress.show("writing " + arguments.output, -1);
+    if (const auto failed = (*store)->finish(model))
+        return report(*failed);
+    progress.finish();
+
+    std::vector<std::string> warnings = made->model.notes();
+    if (made->voxels == 0)
+        warnings.emplace_back("no voxel separates anything: the surface is too small, or too thin");
+    for (const std::string& warning : warnings)
+        progress.say("warning: " + warning);
+    const std::uint64_t bytes = bytesOnDisk(arguments.output);
+    const double total = secondsSince(start);
+    if (!arguments.json) {
+        progress.say(
+            arguments.output + ": " + grouped(made->voxels) + " voxels, " +
+            grouped(made->allVoxels) + " in " + std::to_string(made->lattice.levels) +
+            " levels of detail, " + grouped(made->chunks) + " chunks, " + grouped(bytes) +
+            " bytes; " + brief(total) + " s");
+        return 0;
+    }
+    Json json;
+    json["output"] = arguments.output;
+    json["format"] = arguments.format;
+    json["bytes"] = bytes;
+    json["model"] = modelJson(model);
+    json["touched_voxels"] = made->touched;
+    json["empty_regions"] = made->emptyRegions;
+    json["bounds"] = boxJson(made->model.bounds);
+    json[source->key] = source->describe(*made);
+    json["seconds"] = {
+        {"total", total},
+        {"load", loadSeconds},
+        {"voxelize", voxelizeSeconds},
+        {"finish", total - loadSeconds - voxelizeSeconds}};
+    json["peak_rss_bytes"] = core::peakResidentBytes();
+    json["threads"] = jobs->concurrency();
+    json["settings"] = {
+        {"resolution", arguments.resolution},
+        {"conservative", arguments.conservative},
+        {"all_faces", arguments.allFaces}};
+    json["warnings"] = warnings;
+    print(json);
+    return 0;
+}
+
+} // namespace
+
+Action addVoxelize(CLI::App& app)
+{
+    auto arguments = std::make_shared<VoxelizeArguments>();
+    CLI::App* command = app.add_subcommand(
+        "voxelize", "Turn a mesh into surface voxels of all levels of detail, chunk by chunk");
+    command->add_option("SOURCE", arguments->source, "a mesh: .ply .obj .stl, gzipped or not")
+        ->required();
+    command
+        ->add_option(
+            "-o,--output", arguments->output, "model to write: a file, or with --format a folder")
+        ->required();
+    command
+        ->add_option(
+            "--resolution", arguments->resolution, "voxels along the longest edge of what there is")
+        ->required()
+        ->check(CLI::Range(1U, voxels::kMaxResolution));
+    command->add_flag(
+        "--conservative",
+        arguments->conservative,
+        "every voxel that is touched, about twice as many; otherwise the fewest that hide what "
+        "lies behind");
+    command->add_flag(
+        "--all-faces",
+        arguments->allFaces,
+        "show both sides of every voxel, for models that a viewer may enter");
+    command
+        ->add_option(
+            "--format", arguments->format, "'lmdb', one file, or 'folder', a file for each chunk")
+        ->check(CLI::IsMember({"lmdb", "folder"}))
+        ->capture_default_str();
+    command->add_option(
+        "--scratch",
+        arguments->scratch,
+        "folder for what waits between the passes, about three times the model; default: where "
+        "the model goes");
+    command->add_option("--threads", arguments->threads, "0: one for each core")
+        ->check(CLI::Range(0, 1024))
+        ->capture_default_str();
+    addSourceArguments(*command, arguments->input);
+    command->add_flag("--json", arguments->json, "one JSON object on standard output");
+    command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
+    command->footer(
+        "The same source and resolution give the same chunks with any number of threads.\n"
+        "'isofront info MODEL' tells what was written.\n\n"
+        "Examples:\n"
+        "  isofront voxelize dragon.ply.gz --resolution 2048 -o dragon.voxels\n"
+        "  isofront voxelize city.obj --resolution 8192 --format folder -o city");
+    return [arguments] { return voxelize(*arguments); };
+}
+
+} // namespace isofront::cli

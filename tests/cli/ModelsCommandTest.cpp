@@ -1,0 +1,242 @@
+// Meshes and voxel models through the real program.
+
+#include "cli/CommandFixture.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace isofront::cli {
+namespace {
+
+using Json = nlohmann::json;
+
+/// A tetrahedron with one corner at the origin and three on the axes, closed.
+constexpr const char* kTetrahedron = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 4\n"
+                                     "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+class ModelsCommand : public Command {
+protected:
+    Json json(const std::string& arguments) const
+    {
+        const Outcome outcome = run(arguments + " --json -q");
+        EXPECT_EQ(outcome.exitCode, 0) << arguments << "\n" << outcome.errors;
+        return outcome.exitCode == 0 ? Json::parse(outcome.output) : Json();
+    }
+    void writeBall() const
+    {
+        ASSERT_EQ(run("extract proc:sphere --level 9 --quality plain -q -o ball.ply").exitCode, 0);
+    }
+    /// All files of a folder, by their names in it.
+    std::map<std::string, std::string> filesOf(const std::string& name) const
+    {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : fs::recursive_directory_iterator(folder / name))
+            if (entry.is_regular_file())
+                files[fs::relative(entry.path(), folder / name)] = contentsOf(entry.path());
+        return files;
+    }
+    /// Names in the test's folder that begin so.
+    std::size_t leftOf(const std::string& begin) const
+    {
+        std::size_t count = 0;
+        for (const auto& entry : fs::directory_iterator(folder))
+            count += entry.path().filename().string().starts_with(begin) ? 1U : 0U;
+        return count;
+    }
+};
+
+TEST_F(ModelsCommand, voxelizeAMeshAndTellWhatItBecame)
+{
+    writeBall();
+    const Json mesh = json("info ball.ply");
+    const Json made = json("voxelize ball.ply --resolution 400 -o ball.voxels");
+    for (const char* key :
+         {"output",
+          "bytes",
+          "touched_voxels",
+          "empty_regions",
+          "bounds",
+          "seconds",
+          "peak_rss_bytes",
+          "threads",
+          "settings",
+          "warnings"})
+        EXPECT_TRUE(made.contains(key)) << key;
+    for (const char* key : {"total", "load", "voxelize", "finish"})
+        EXPECT_TRUE(made["seconds"].contains(key)) << key;
+    EXPECT_EQ(made["mesh"], mesh["mesh"]);
+    EXPECT_EQ(made["bounds"], mesh["world_box"]);
+    EXPECT_EQ(made["mesh"]["open_edges"], 0);
+    EXPECT_EQ(made["empty_regions"], 1) << "the inside of the ball";
+    EXPECT_EQ(made["bytes"], fs::file_size(folder / "ball.voxels"));
+
+    const Json told = json("info ball.voxels --check");
+    const Json& model = told["model"];
+    for (const auto& [key, value] : made["model"].items())
+        EXPECT_EQ(model[key], value) << key;
+    EXPECT_EQ(model["name"], "ball.ply");
+    EXPECT_EQ(model["format"], "lmdb");
+    EXPECT_EQ(model["levels"], 2);
+    EXPECT_EQ(model["damaged"], Json::array());
+    EXPECT_EQ(model["voxels_by_level"][0], model["voxels"]);
+    EXPECT_EQ(
+        model["voxels_by_level"][0].get<std::uint64_t>() +
+            model["voxels_by_level"][1].get<std::uint64_t>(),
+        model["all_voxels"]);
+    EXPECT_EQ(model["chunks_by_level"], Json({8, 1}));
+    // A sphere of area A crosses the middle lines of E|n|_1 A = 1.5 A voxels, which is as many as
+    // it touches; and separates by E max|n_i| A, where E max|n_i| = 3 sqrt(2) atan(1 / sqrt(2)) /
+    // pi.
+    const double area = 3.141592653589793 * 399.5 * 399.5;
+    const double largest = 3 * std::sqrt(2.0) * std::atan(std::sqrt(0.5)) / 3.141592653589793;
+    EXPECT_NEAR(double(model["voxels"]), largest * area, 0.003 * area);
+    EXPECT_NEAR(double(made["touched_voxels"]), 1.5 * area, 0.006 * area);
+    // the coarsest level contains the mesh, and is at most a coarse voxel larger
+    const double edge = model["voxel_edge"];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double low = made["bounds"]["min"][axis];
+        const double high = made["bounds"]["max"][axis];
+        EXPECT_NEAR(double(told["world_box"]["min"][axis]), low, 2 * edge);
+        EXPECT_NEAR(double(told["world_box"]["max"][axis]), high, 2 * edge);
+    }
+    EXPECT_EQ(run("info ball.voxels").errors, "");
+}
+
+TEST_F(ModelsCommand, voxelizeToTheSameBytesOnAnyNumberOfThreads)
+{
+    writeBall();
+    for (const std::string threads : {"1", "3"})
+        json(
+            "voxelize ball.ply --resolution 520 --format folder --threads " + threads + " -o t" +
+            threads);
+    const auto files = filesOf("t1");
+    EXPECT_GT(files.size(), 20U);
+    EXPECT_TRUE(files == filesOf("t3"));
+    EXPECT_EQ(json("info t3 --check")["model"]["format"], "folder");
+}
+
+TEST_F(ModelsCommand, voxelizeAsTheOptionsSay)
+{
+    writeBall();
+    const auto voxels = [&](const std::string& options) {
+        return json("voxelize ball.ply --resolution 100 -o a.voxels " + options);
+    };
+    const Json six = voxels("");
+    const Json all = voxels("--conservative");
+    EXPECT_EQ(all["model"]["separability"], "conservative");
+    EXPECT_EQ(all["model"]["voxels"], six["touched_voxels"]);
+    EXPECT_LT(six["model"]["voxels"], all["model"]["voxels"]);
+    EXPECT_EQ(voxels("--all-faces")["empty_regions"], 0);
+    EXPECT_EQ(voxels("--all-faces")["model"]["voxels"], six["model"]["voxels"]);
+}
+
+TEST_F(ModelsCommand, tellWhatIsUnusualInAMesh)
+{
+    write("whole.obj", kTetrahedron);
+    const Json whole = json("info whole.obj");
+    EXPECT_EQ(whole["mesh"]["triangles"], 4);
+    EXPECT_EQ(whole["mesh"]["vertices"], 4);
+    EXPECT_EQ(whole["mesh"]["notes"], Json::array());
+    EXPECT_EQ(whole["world_box"], Json({{"min", {0, 0, 0}}, {"max", {1, 2, 4}}}));
+
+    write(
+        "odd.obj", std::string(kTetrahedron) + "v nan 0 0\nf 1 2 5\nf 1 2 99\nf 1 1 2\nf 1 2 3\n");
+    const Json odd = json("info odd.obj")["mesh"];
+    EXPECT_EQ(odd["not_finite"], 1);
+    EXPECT_EQ(odd["out_of_range"], 1);
+    EXPECT_EQ(odd["degenerate"], 1);
+    EXPECT_EQ(odd["notes"].size(), 4U) << odd.dump();
+    const Outcome made = run("voxelize odd.obj --resolution 20 -o odd.voxels");
+    EXPECT_EQ(made.exitCode, 0) << made.errors;
+    EXPECT_NE(made.errors.find("warning: 1 triangles have no area"), std::string::npos)
+        << made.errors;
+}
+
+TEST_F(ModelsCommand, refuseWhatMakesNoSenseAndLeaveNothingBehind)
+{
+    write("a.obj", kTetrahedron);
+    write("flat.obj", "v 0 0 0\n");
+    write("cut.stl", std::string(100, 'x'));
+    const std::string rest = " --resolution 20 -o x.voxels";
+    expectFailure("voxelize a.obj -o x.voxels", 2, {"--resolution"});
+    expectFailure("voxelize a.obj --resolution 20", 2, {"--output"});
+    expectFailure("voxelize a.obj --resolution 0 -o x.voxels", 2, {"--resolution"});
+    expectFailure("voxelize a.obj --resolution 65537 -o x.voxels", 2, {"65536"});
+    expectFailure("voxelize a.obj --format tree" + rest, 2, {"--format", "lmdb", "folder"});
+    expectFailure("voxelize a.xyz" + rest, 2, {"a.xyz", ".ply"});
+    expectFailure("voxelize none.obj" + rest, 4, {"none.obj"});
+    expectFailure("voxelize cut.stl" + rest, 3, {"cut.stl"});
+    expectFailure("voxelize flat.obj" + rest, 3, {"flat.obj", "no triangles"});
+    expectFailure("voxelize a.obj --resolution 20 -o no/x.voxels", 4, {"no/x.voxels"});
+    expectFailure("voxelize a.obj --resolution 20 -o a.obj", 2, {"a.obj", "source"});
+    expectFailure("voxelize a.obj --scratch no/where" + rest, 4, {"no/where"});
+    fs::create_directory(folder / "full");
+    write("full/mine", "mine");
+    expectFailure("voxelize a.obj --resolution 20 --format folder -o full", 2, {"full"});
+    expectFailure("voxelize a.obj --resolution 20 -o full", 4, {"full"});
+    expectFailure("voxelize flat.obj --resolution 20 --format folder -o x.folder", 3, {"flat.obj"});
+    write("big.obj", std::string(2 << 20, '\n') + kTetrahedron);
+    expectFailure("voxelize big.obj --memory-limit 0.001" + rest, 6, {"big.obj", "bytes"});
+    expectFailure("info a.obj --check", 2, {"--check", "a.obj"});
+    EXPECT_EQ(leftOf("x."), 0U);
+    EXPECT_EQ(contentsOf(folder / "full/mine"), "mine");
+}
+
+TEST_F(ModelsCommand, leaveNothingUnderTheNameIfTheyAreInterrupted)
+{
+    writeBall();
+    for (const std::string format : {"lmdb", "folder"}) {
+        // told to end when it has begun; if that comes too late, the model has to be whole
+        const std::string script =
+            "cd '" + folder.string() +
+            "' && { '" ISOFRONT_BINARY "' voxelize ball.ply -q "
+            "--resolution 16384 --format " +
+            format +
+            " -o m 2>stderr & } ; "
+            "while kill -0 $! 2>/dev/null && [ ! -e m.part ]; do sleep 0.01; done; "
+            "kill -TERM $! 2>/dev/null; wait $!";
+        const int status = std::system(script.c_str());
+        ASSERT_TRUE(WIFEXITED(status));
+        if (WEXITSTATUS(status) == 0) {
+            EXPECT_EQ(run("info m --check").exitCode, 0);
+            fs::remove_all(folder / "m");
+            continue;
+        }
+        EXPECT_EQ(WEXITSTATUS(status), 130) << contentsOf(folder / "stderr");
+        EXPECT_EQ(leftOf("m"), 0U) << "the model, or a part of it";
+    }
+}
+
+TEST_F(ModelsCommand, nameDamagedChunks)
+{
+    writeBall();
+    json("voxelize ball.ply --resolution 400 --format folder -o ball");
+    const fs::path chunk = folder / "ball/0/1-0-1.chunk"; // z, y, x
+    std::string bytes = contentsOf(chunk);
+    ASSERT_GT(bytes.size(), 100U);
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+    write("ball/0/1-0-1.chunk", bytes);
+    EXPECT_EQ(run("info ball").exitCode, 0) << "it isn't read";
+    const Outcome checked = run("info ball --check --json");
+    EXPECT_EQ(checked.exitCode, 3);
+    EXPECT_NE(checked.errors.find("chunk 1, 0, 1 of level 0"), std::string::npos) << checked.errors;
+    EXPECT_EQ(Json::parse(checked.output)["model"]["damaged"].size(), 1U);
+    json("voxelize ball.ply --resolution 400 -o whole");
+    const std::string whole = contentsOf(folder / "whole");
+    for (const std::size_t kept :
+         {whole.size() - 1, whole.size() / 2, std::size_t{9000}, std::size_t{100}}) {
+        write("cut", whole.substr(0, kept));
+        expectFailure("info cut", 3, {"cut"});
+    }
+    fs::remove(chunk);
+    const Outcome missing = run("info ball --check");
+    EXPECT_EQ(missing.exitCode, 3);
+    EXPECT_NE(missing.errors.find("missing"), std::string::npos) << missing.errors;
+}
+
+} // namespace
+} // namespace isofront::cli
