@@ -41,10 +41,11 @@ transitionBoxes(const std::array<std::uint32_t, 3>& parent, std::uint8_t childre
     ISOFRONT_ASSERT(children != 0, "a voxel without children has no finer level");
     std::vector<TransitionBox> boxes;
     boxes.reserve(8);
+    const unsigned present = children;
     for (std::uint32_t child = 0; child < 8; ++child) {
         TransitionBox box;
         box.child = child;
-        box.isRedundant = (children >> child & 1U) == 0;
+        box.isRedundant = (present >> child & 1U) == 0;
         if (box.isRedundant && weight >= 1)
             continue;
         const std::array<int, 3> step = fadeStep(kFadeDirections[children][child]);
@@ -116,11 +117,12 @@ core::Result<TransitionNodes> transitionNodes(const Chunk& chunk, const Chunk& p
 
     for (std::uint32_t i = 0; i < parent.voxels.size(); ++i) {
         const Voxel& v = parent.voxels[i];
-        if (children[i] == 0)
+        const unsigned present = children[i];
+        if (present == 0)
             continue; // of another octant
-        const std::array<FadeDirection, 8>& directions = kFadeDirections[children[i]];
+        const std::array<FadeDirection, 8>& directions = kFadeDirections[present];
         for (std::uint32_t child = 0; child < 8; ++child) {
-            if ((children[i] >> child & 1U) != 0)
+            if ((present >> child & 1U) != 0)
                 continue;
             const auto place = [&](std::uint32_t p, std::uint32_t axis) {
                 return 2 * (p % kHalf) + (child >> axis & 1U);

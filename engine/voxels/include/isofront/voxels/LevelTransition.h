@@ -40,6 +40,7 @@ constexpr std::array<int, 3> fadeStep(FadeDirection direction)
 /// face before across an edge before across the middle, and of several the one that comes first
 constexpr std::array<FadeDirection, 8> fadeDirections(std::uint8_t children)
 {
+    const unsigned present = children;
     std::array<FadeDirection, 8> directions{};
     for (unsigned child = 0; child < 8; ++child) {
         unsigned best = child;
@@ -48,7 +49,7 @@ constexpr std::array<FadeDirection, 8> fadeDirections(std::uint8_t children)
             const unsigned apart = child ^ other;
             const int away =
                 static_cast<int>((apart & 1U) + (apart >> 1U & 1U) + (apart >> 2U & 1U));
-            if ((children >> other & 1U) != 0 && away < bestAway) {
+            if ((present >> other & 1U) != 0 && away < bestAway) {
                 best = other;
                 bestAway = away;
             }
