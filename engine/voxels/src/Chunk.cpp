@@ -1,4 +1,5 @@
 #include <isofront/voxels/Chunk.h>
+#include <isofront/voxels/ChunkDirectory.h>
 
 #include <algorithm>
 
@@ -36,6 +37,27 @@ std::vector<std::uint8_t> cappedFaces(const Chunk& chunk)
             voxel.faces() | caps(voxel.x()) | caps(voxel.y()) << 2U | caps(voxel.z()) << 4U);
     }
     return faces;
+}
+
+ChunkEntry entryOf(const Chunk& chunk)
+{
+    ChunkEntry entry;
+    entry.key = chunk.key;
+    entry.voxels = static_cast<std::uint32_t>(chunk.voxels.size());
+    entry.coloured = !chunk.colours.empty();
+    entry.faceSets = static_cast<std::uint32_t>(chunk.faceSets.size());
+    entry.faceAttributes = static_cast<std::uint32_t>(chunk.faceAttributes.size());
+    entry.bytes = chunk.bytes();
+    entry.low = {255, 255, 255};
+    for (const Voxel& voxel : chunk.voxels) {
+        const std::array<std::uint32_t, 3> place{voxel.x(), voxel.y(), voxel.z()};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto at = static_cast<std::uint8_t>(place[axis]);
+            entry.low[axis] = std::min(entry.low[axis], at);
+            entry.high[axis] = std::max(entry.high[axis], at);
+        }
+    }
+    return entry;
 }
 
 } // namespace isofront::voxels

@@ -169,6 +169,110 @@ core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKe
     return chunk;
 }
 
+namespace {
+
+constexpr std::uint32_t kDirectoryMagic = 0x44564649; // "IFVD"
+constexpr std::uint32_t kDirectoryVersion = 1;
+
+struct DirectoryHeader {
+    std::uint32_t magic = kDirectoryMagic;
+    std::uint32_t version = kDirectoryVersion;
+    std::uint32_t entries = 0;
+    std::uint32_t checksum = 0;
+};
+static_assert(sizeof(DirectoryHeader) == 16);
+
+struct StoredEntry {
+    std::uint32_t level = 0;
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+    std::uint32_t z = 0;
+    std::uint32_t voxels = 0; ///< how many; the highest bit says that there are colours
+    std::uint32_t faceSets = 0;
+    std::uint32_t faceAttributes = 0;
+    std::uint32_t unused = 0;
+    std::uint64_t bytes = 0;
+    std::array<std::uint8_t, 3> low{};
+    std::array<std::uint8_t, 3> high{};
+    std::array<std::uint8_t, 2> unusedToo{};
+};
+static_assert(sizeof(StoredEntry) == 48);
+
+std::uint32_t checksumOf(std::span<const std::byte> bytes)
+{
+    return static_cast<std::uint32_t>(::crc32_z(
+        ::crc32_z(0, nullptr, 0), reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+} // namespace
+
+std::vector<std::byte> encoded(std::span<const ChunkEntry> directory)
+{
+    std::vector<std::byte> bytes(sizeof(DirectoryHeader) + directory.size() * sizeof(StoredEntry));
+    std::byte* at = bytes.data() + sizeof(DirectoryHeader);
+    for (const ChunkEntry& entry : directory) {
+        const StoredEntry stored{
+            entry.key.level,
+            entry.key.x,
+            entry.key.y,
+            entry.key.z,
+            entry.voxels | (entry.coloured ? kColoured : 0),
+            entry.faceSets,
+            entry.faceAttributes,
+            0,
+            entry.bytes,
+            entry.low,
+            entry.high,
+            {}};
+        std::memcpy(at, &stored, sizeof(StoredEntry));
+        at += sizeof(StoredEntry);
+    }
+    DirectoryHeader header;
+    header.entries = static_cast<std::uint32_t>(directory.size());
+    header.checksum = checksumOf(std::span(bytes).subspan(sizeof(DirectoryHeader)));
+    std::memcpy(bytes.data(), &header, sizeof(DirectoryHeader));
+    return bytes;
+}
+
+core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte> bytes)
+{
+    const auto fail = [](const std::string& what) -> core::Result<std::vector<ChunkEntry>> {
+        return tl::unexpected(
+            damaged("the directory of chunks is damaged: " + what + "; voxelise again"));
+    };
+    DirectoryHeader header;
+    if (bytes.size() < sizeof(DirectoryHeader))
+        return fail("it ends within its header");
+    std::memcpy(&header, bytes.data(), sizeof(DirectoryHeader));
+    if (header.magic != kDirectoryMagic)
+        return fail("it doesn't begin as one");
+    if (header.version != kDirectoryVersion)
+        return fail("its version is " + std::to_string(header.version) + ", not 1");
+    const std::span<const std::byte> body = bytes.subspan(sizeof(DirectoryHeader));
+    if (body.size() != std::size_t{header.entries} * sizeof(StoredEntry))
+        return fail(
+            "it has " + std::to_string(body.size()) + " bytes for " +
+            std::to_string(header.entries) + " chunks");
+    if (checksumOf(body) != header.checksum)
+        return fail("its checksum is wrong");
+    std::vector<ChunkEntry> directory;
+    directory.reserve(header.entries);
+    for (std::size_t i = 0; i < header.entries; ++i) {
+        StoredEntry stored;
+        std::memcpy(&stored, body.data() + i * sizeof(StoredEntry), sizeof(StoredEntry));
+        directory.push_back(
+            {{stored.level, stored.x, stored.y, stored.z},
+             stored.voxels & ~kColoured,
+             (stored.voxels & kColoured) != 0,
+             stored.faceSets,
+             stored.faceAttributes,
+             stored.bytes,
+             stored.low,
+             stored.high});
+    }
+    return directory;
+}
+
 std::string encoded(const StoredModel& model)
 {
     nlohmann::ordered_json json;

@@ -23,6 +23,11 @@ core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKe
 std::string encoded(const StoredModel& model);
 core::Result<StoredModel> decodedModel(std::string_view text);
 
+/// The directory of a store: a header of 16 bytes (magic number, version, how many, checksum of
+/// what follows), then 48 bytes an entry; little-endian.
+std::vector<std::byte> encoded(std::span<const ChunkEntry> directory);
+core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte> bytes);
+
 /// A key in words, for messages: "chunk 3, 0, 7 of level 2".
 std::string nameOf(const ChunkKey& key);
 

@@ -15,6 +15,19 @@ constexpr std::array<char, 4> kMagic{'\xde', '\xc0', '\xef', '\xbe'};
 
 } // namespace
 
+core::Result<std::vector<ChunkEntry>> ChunkStore::directory() const
+{
+    std::vector<ChunkEntry> entries;
+    for (const ChunkKey& key : keys()) {
+        const auto chunk = get(key);
+        if (!chunk)
+            return tl::unexpected(chunk.error());
+        if (*chunk)
+            entries.push_back(entryOf(**chunk));
+    }
+    return entries;
+}
+
 bool isStore(const std::filesystem::path& path)
 {
     std::error_code ignored;

@@ -12,6 +12,7 @@ namespace isofront::voxels {
 namespace {
 
 constexpr const char* kModelFile = "model.json";
+constexpr const char* kDirectoryFile = "directory";
 constexpr std::string_view kExtension = ".chunk";
 /// Larger files than any chunk's are not read.
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 28U;
@@ -116,10 +117,13 @@ public:
         std::filesystem::create_directories(file.parent_path(), failed);
         if (failed)
             return unusable(file.parent_path(), "can't be made: " + failed.message());
+        _directory.push_back(entryOf(chunk));
         return writeWhole(file, encoded(chunk));
     }
     std::optional<core::Error> finish(const StoredModel& model) override
     {
+        if (auto failed = writeWhole(_written / kDirectoryFile, encoded(_directory)))
+            return failed;
         const std::string text = encoded(model) + "\n";
         if (auto failed = writeWhole(_written / kModelFile, std::as_bytes(std::span(text))))
             return failed;
@@ -152,6 +156,21 @@ public:
         return keys;
     }
 
+    [[nodiscard]] core::Result<std::vector<ChunkEntry>> directory() const override
+    {
+        const auto bytes = readWhole(_path / kDirectoryFile);
+        if (!bytes)
+            return tl::unexpected(bytes.error());
+        if (!*bytes)
+            return core::failure(
+                core::ErrorCode::badData,
+                _path.string() + ": has no directory of its chunks; voxelise again");
+        auto directory = decodedDirectory(**bytes);
+        if (!directory)
+            return tl::unexpected(directory.error().within(_path.string()));
+        return directory;
+    }
+
     [[nodiscard]] core::Result<std::optional<Chunk>> get(const ChunkKey& key) const override
     {
         const auto bytes = readWhole(fileOf(key));
@@ -175,7 +194,8 @@ private:
     }
 
     std::filesystem::path _path;
-    std::filesystem::path _written; ///< while it is not done
+    std::filesystem::path _written;     ///< while it is not done
+    std::vector<ChunkEntry> _directory; ///< of what was put
     StoredModel _model;
 };
 

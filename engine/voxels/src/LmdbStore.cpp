@@ -43,6 +43,7 @@ ChunkKey keyOf(const unsigned char* bytes)
 }
 
 constexpr std::string_view kModelKey = "model";
+constexpr std::string_view kDirectoryKey = "directory";
 
 MDB_val valueOf(std::span<const std::byte> bytes)
 {
@@ -181,12 +182,16 @@ public:
         const std::vector<std::byte> bytes = encoded(chunk);
         if (auto failed = write(std::as_bytes(std::span(key)), bytes))
             return failed;
+        _directory.push_back(entryOf(chunk));
         _open += bytes.size();
         return _open < kCommitEvery ? std::nullopt : commit();
     }
 
     std::optional<core::Error> finish(const StoredModel& model) override
     {
+        const std::vector<std::byte> directory = encoded(_directory);
+        if (auto failed = write(std::as_bytes(std::span(kDirectoryKey)), directory))
+            return failed;
         const std::string text = encoded(model);
         if (auto failed =
                 write(std::as_bytes(std::span(kModelKey)), std::as_bytes(std::span(text))))
@@ -224,6 +229,21 @@ public:
                 keys.push_back(keyOf(static_cast<const unsigned char*>(key.mv_data)));
         ::mdb_cursor_close(cursor);
         return keys;
+    }
+
+    [[nodiscard]] core::Result<std::vector<ChunkEntry>> directory() const override
+    {
+        const auto bytes = read(std::as_bytes(std::span(kDirectoryKey)));
+        if (!bytes)
+            return tl::unexpected(bytes.error());
+        if (!*bytes)
+            return core::failure(
+                core::ErrorCode::badData,
+                _path.string() + ": has no directory of its chunks; voxelise again");
+        auto directory = decodedDirectory(**bytes);
+        if (!directory)
+            return tl::unexpected(directory.error().within(_path.string()));
+        return directory;
     }
 
     [[nodiscard]] core::Result<std::optional<Chunk>> get(const ChunkKey& key) const override
@@ -298,7 +318,8 @@ private:
     std::filesystem::path _written; ///< while it is not done
     Environment _environment;
     std::unique_ptr<Transaction> _writing;
-    std::size_t _open = 0; ///< put since the last commit [bytes]
+    std::vector<ChunkEntry> _directory; ///< of what was put
+    std::size_t _open = 0;              ///< put since the last commit [bytes]
     StoredModel _model;
     bool _isFinished = false;
 };

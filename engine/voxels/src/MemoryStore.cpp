@@ -20,6 +20,7 @@ public:
     std::optional<core::Error> put(Chunk chunk) override
     {
         const ChunkKey key = chunk.key;
+        _directory.push_back(entryOf(chunk));
         _chunks.insert_or_assign(key, std::move(chunk));
         return std::nullopt;
     }
@@ -37,6 +38,10 @@ public:
             keys.push_back(key);
         return keys;
     }
+    [[nodiscard]] core::Result<std::vector<ChunkEntry>> directory() const override
+    {
+        return _directory;
+    }
     [[nodiscard]] core::Result<std::optional<Chunk>> get(const ChunkKey& key) const override
     {
         const auto found = _chunks.find(key);
@@ -45,6 +50,7 @@ public:
 
 private:
     std::map<ChunkKey, Chunk, KeyOrder> _chunks;
+    std::vector<ChunkEntry> _directory;
     StoredModel _model;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/core/Result.h>
+#include <isofront/voxels/ChunkDirectory.h>
 #include <isofront/voxels/ChunkSink.h>
 #include <isofront/voxels/Voxelization.h>
 
@@ -40,6 +41,9 @@ public:
     [[nodiscard]] virtual const StoredModel& model() const = 0;
     /// The names of all chunks, by level, then by z, y and x.
     [[nodiscard]] virtual std::vector<ChunkKey> keys() const = 0;
+    /// What there is to know of all chunks, in any order. Stores keep it apart, and fail with
+    /// `badData` if that part is damaged; without one of its own, a store has to read all chunks.
+    [[nodiscard]] virtual core::Result<std::vector<ChunkEntry>> directory() const;
     /// A chunk; nothing if the store has none of that name. A damaged one is `badData`, and its
     /// message names it: its parent may stand for it.
     [[nodiscard]] virtual core::Result<std::optional<Chunk>> get(const ChunkKey& key) const = 0;

@@ -1,0 +1,282 @@
+#include "ChunkSelection.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace isofront::voxels {
+
+namespace {
+
+/// Frames whose visibility may still come. Later it says nothing any more.
+constexpr std::size_t kMostRecords = 16;
+/// A chunk that was opened by its test isn't closed again within so many frames, or a moving view
+/// would let it alternate.
+constexpr std::uint64_t kKeptOpen = 8;
+
+void sortFrontToBack(std::vector<ChunkDraw>& draws)
+{
+    std::ranges::sort(draws, [](const ChunkDraw& a, const ChunkDraw& b) {
+        return std::tie(a.occlusionOnly, a.distance, a.index) <
+               std::tie(b.occlusionOnly, b.distance, b.index);
+    });
+}
+
+} // namespace
+
+ChunkSelection::ChunkSelection(const ChunkTree& tree, const StreamingSettings& settings)
+    : _tree(tree), _settings(settings), _nodes(tree.size())
+{
+}
+
+void ChunkSelection::begin(const ChunkView& view)
+{
+    if (_tick == 0 || view != _view)
+        ++_viewVersion;
+    _view = view;
+    ++_tick;
+}
+
+double ChunkSelection::pixelsOf(ChunkIndex index, double distance) const
+{
+    return _tree.voxelEdge(_tree[index].entry.key.level) * _view.pixelsPerUnit / distance;
+}
+
+bool ChunkSelection::needsRefinement(ChunkIndex index, double pixels, double coarsening) const
+{
+    const Node& node = _nodes[index];
+    if (_tree[index].isLeaf)
+        return false;
+    return node.isForced || (!node.isBlocked && pixels > _settings.voxelPixels * coarsening);
+}
+
+bool ChunkSelection::isClosed(ChunkIndex index) const
+{
+    // one that was out of view in between may show anything
+    const Node& node = _nodes[index];
+    return node.isClosed && node.visited + 1 >= _tick && !node.isForced && !_isSecondPass;
+}
+
+void ChunkSelection::wanted(double coarsening, std::vector<Wanted>& chunks) const
+{
+    chunks.clear();
+    if (_tree.size() == 0)
+        return;
+    // the root, even if it is out of view: everything starts from it
+    chunks.push_back({0, _view.distanceTo(_tree[0].box)});
+    for (std::size_t at = _view.mayShow(_tree[0].box) ? 0 : 1; at < chunks.size(); ++at) {
+        const Wanted chunk = chunks[at];
+        const double pixels = pixelsOf(chunk.index, chunk.distance);
+        if (!needsRefinement(chunk.index, pixels, coarsening) || isClosed(chunk.index))
+            continue;
+        for (const ChunkIndex child : _tree[chunk.index].children)
+            if (child != kNoChunk && _view.mayShow(_tree[child].box))
+                chunks.push_back({child, _view.distanceTo(_tree[child].box)});
+    }
+    std::erase_if(chunks, [&](const Wanted& chunk) { return _nodes[chunk.index].isDamaged; });
+    std::ranges::sort(chunks, [&](const Wanted& a, const Wanted& b) {
+        const std::uint32_t levelA = _tree[a.index].entry.key.level;
+        const std::uint32_t levelB = _tree[b.index].entry.key.level;
+        return std::tie(levelB, a.distance, a.index) < std::tie(levelA, b.distance, b.index);
+    });
+}
+
+void ChunkSelection::enter(ChunkIndex index)
+{
+    Node& node = _nodes[index];
+    if (node.visited == _tick)
+        return;
+    if (node.visited + 1 != _tick) {
+        node.seen = _tick;
+        node.isClosed = false;
+    }
+    node.visited = _tick;
+}
+
+void ChunkSelection::draw(
+    ChunkIndex index, double distance, double pixels, bool isTest, std::vector<ChunkDraw>& draws)
+{
+    Node& node = _nodes[index];
+    if (node.drawn + 1 != _tick || node.wasTested != isTest)
+        node.since = _tick;
+    node.drawn = _tick;
+    node.wasTested = isTest;
+    const ChunkTree::Node& chunk = _tree[index];
+    ChunkDraw draw;
+    draw.key = chunk.entry.key;
+    draw.index = index;
+    draw.voxels = chunk.entry.voxels;
+    draw.distance = distance;
+    draw.voxelPixels = pixels;
+    const double bound = _settings.voxelPixels * _coarsening;
+    draw.weight = static_cast<float>(std::clamp(2 * pixels / bound - 1, 0.0, 1.0));
+    draw.occlusionOnly = isTest;
+    draw.needsSource = !isTest && chunk.isLeaf && pixels > _settings.sourcePixels;
+    draws.push_back(draw);
+}
+
+/// @return when the chunk, or anything that stands for it, was last seen
+ChunkSelection::Tick
+ChunkSelection::visit(ChunkIndex index, const IsThere& isThere, std::vector<ChunkDraw>& draws)
+{
+    enter(index);
+    const ChunkTree::Node& chunk = _tree[index];
+    Node& node = _nodes[index];
+    const double distance = _view.distanceTo(chunk.box);
+    const double pixels = pixelsOf(index, distance);
+    if (needsRefinement(index, pixels, _coarsening)) {
+        if (isClosed(index)) {
+            draw(index, distance, pixels, true, draws);
+            return node.seen;
+        }
+        node.isClosed = false;
+        std::size_t inView = 0;
+        std::array<ChunkIndex, 8> ready{};
+        std::size_t count = 0;
+        for (const ChunkIndex child : chunk.children) {
+            if (child == kNoChunk || !_view.mayShow(_tree[child].box))
+                continue;
+            ++inView;
+            if (isThere(child) || _nodes[child].isForced)
+                ready[count++] = child;
+        }
+        const bool areAll = count == inView;
+        if (areAll || node.isForced ||
+            (_settings.policy == StreamingPolicy::partial && count > 0)) {
+            for (std::size_t i = 0; i < count; ++i)
+                node.seen = std::max(node.seen, visit(ready[i], isThere, draws));
+            if (areAll)
+                node.open = _tick;
+            return node.seen;
+        }
+    } else if (node.isForced) {
+        return node.seen; // damaged, and nothing is below it
+    }
+    node.isClosed = false;
+    draw(index, distance, pixels, false, draws);
+    return node.seen;
+}
+
+std::size_t ChunkSelection::draws(
+    std::uint64_t frame, double coarsening, const IsThere& isThere, std::vector<ChunkDraw>& draws)
+{
+    draws.clear();
+    _coarsening = coarsening;
+    if (_tree.size() > 0 && _view.mayShow(_tree[0].box) && (isThere(0) || _nodes[0].isForced))
+        visit(0, isThere, draws);
+    sortFrontToBack(draws);
+    const auto opaque =
+        static_cast<std::size_t>(std::ranges::count(draws, false, &ChunkDraw::occlusionOnly));
+    Record& record = _records.emplace_back();
+    record.frame = frame;
+    record.tick = _tick;
+    for (const ChunkDraw& draw : draws)
+        record.chunks.push_back(draw.index);
+    record.firstTested = opaque;
+    record.lastTested = draws.size();
+    if (_records.size() > kMostRecords)
+        _records.pop_front();
+    return opaque;
+}
+
+void ChunkSelection::secondPass(
+    std::span<const std::uint32_t> visible, const IsThere& isThere, std::vector<ChunkDraw>& draws)
+{
+    draws.clear();
+    if (_records.empty() || _records.back().tick != _tick)
+        return;
+    Record& record = _records.back();
+    _isSecondPass = true;
+    const std::size_t last = std::min(visible.size(), record.lastTested);
+    for (std::size_t i = record.firstTested; i < last; ++i) {
+        if (visible[i] == 0)
+            continue;
+        const ChunkIndex index = record.chunks[i];
+        open(index);
+        markSeen(index, _tick);
+        visit(index, isThere, draws);
+    }
+    _isSecondPass = false;
+    sortFrontToBack(draws);
+    for (const ChunkDraw& draw : draws)
+        record.chunks.push_back(draw.index);
+}
+
+void ChunkSelection::markSeen(ChunkIndex index, Tick tick)
+{
+    for (; index != kNoChunk && _nodes[index].seen < tick; index = _tree[index].parent)
+        _nodes[index].seen = tick;
+}
+
+void ChunkSelection::open(ChunkIndex index)
+{
+    Node& node = _nodes[index];
+    node.isClosed = false;
+    node.keptOpen = _tick + kKeptOpen;
+    node.keptOpenView = _viewVersion;
+}
+
+void ChunkSelection::learn(const Visibility& seen)
+{
+    if (!_settings.occlusion)
+        return;
+    while (!_records.empty() && _records.front().frame < seen.frame)
+        _records.pop_front();
+    if (_records.empty() || _records.front().frame != seen.frame ||
+        _records.front().chunks.size() != seen.visible.size())
+        return;
+    const Record record = std::move(_records.front());
+    _records.pop_front();
+    for (std::size_t i = 0; i < record.chunks.size(); ++i) {
+        if (seen.visible[i] == 0)
+            continue;
+        const ChunkIndex index = record.chunks[i];
+        markSeen(index, record.tick);
+        if (i >= record.firstTested && i < record.lastTested)
+            open(index);
+    }
+    closeHidden(record);
+}
+
+/// Closes what has been open, and all of whose children were hidden, as far as it is known.
+void ChunkSelection::closeHidden(const Record& record)
+{
+    const Tick last = _tick - 1; // of the latest draws: this frame's are yet to come
+    for (const ChunkIndex drawn : record.chunks) {
+        const ChunkIndex parent = _tree[drawn].parent;
+        if (parent == kNoChunk)
+            continue;
+        Node& node = _nodes[parent];
+        if (node.isClosed || node.open != last || node.isForced ||
+            node.keptOpenView == _viewVersion || node.keptOpen > _tick)
+            continue;
+        const bool isHidden = std::ranges::all_of(_tree[parent].children, [&](ChunkIndex child) {
+            if (child == kNoChunk)
+                return true;
+            if (_nodes[child].visited != last) // what comes into view may be visible
+                return !_view.mayShow(_tree[child].box);
+            const Node& other = _nodes[child];
+            return other.drawn == last && other.since <= record.tick &&
+                   other.seen + _settings.hiddenFrames <= record.tick;
+        });
+        if (isHidden)
+            node.isClosed = true;
+    }
+}
+
+void ChunkSelection::markDamaged(ChunkIndex index)
+{
+    Node& node = _nodes[index];
+    node.isDamaged = true;
+    const ChunkIndex parent = _tree[index].parent;
+    if (parent != kNoChunk && !_nodes[parent].isForced) {
+        _nodes[parent].isBlocked = true;
+        return;
+    }
+    node.isForced = true;
+    // children that were found damaged before have nothing above them now either
+    for (const ChunkIndex child : _tree[index].children)
+        if (child != kNoChunk && _nodes[child].isDamaged)
+            markDamaged(child);
+}
+
+} // namespace isofront::voxels

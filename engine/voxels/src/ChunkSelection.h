@@ -1,0 +1,124 @@
+#pragma once
+
+#include <isofront/voxels/ChunkStreamer.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace isofront::voxels {
+
+/// Decides which chunks of a tree a view needs, and which of those that are there are drawn.
+///
+/// A frame is: `begin`; `learn` what earlier frames have shown; `wanted`, as often as one likes;
+/// `draws`; perhaps `secondPass`.
+///
+/// A chunk that needs refinement is in one of two states. Open: its children stand for it. Closed:
+/// all of them were hidden for some frames, so it only tests, as a whole, whether that is still
+/// so. A closed chunk counts as hidden for its parent, so that closing climbs one level a frame.
+/// A closed chunk that passes is opened. If its children turn out to be hidden nonetheless, which
+/// voxels that are larger than they make possible, it stays open until the view changes.
+///
+/// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
+/// section 4, figures 7 to 9.
+///
+/// Thread: one at a time.
+class ChunkSelection {
+public:
+    /// Whether a chunk is in the device's memory.
+    using IsThere = std::function<bool(ChunkIndex)>;
+
+    /// @param tree  outlives the selection
+    ChunkSelection(const ChunkTree& tree, const StreamingSettings& settings);
+
+    /// @param view  valid
+    void begin(const ChunkView& view);
+    /// What an earlier frame has shown. Frames that are unknown, or shown otherwise, say nothing.
+    void learn(const Visibility& seen);
+
+    struct Wanted {
+        ChunkIndex index = 0;
+        double distance = 0; ///< [world]
+    };
+    /// All that the view needs, parents included, coarsest level first, then nearest first.
+    /// @param coarsening  times as many pixels a voxel as set, at least 1
+    void wanted(double coarsening, std::vector<Wanted>& chunks) const;
+
+    /// What is drawn of what is there, in the order of ChunkFrame::draws.
+    /// @param frame  its number
+    /// @return how many of the draws are opaque
+    std::size_t draws(
+        std::uint64_t frame,
+        double coarsening,
+        const IsThere& isThere,
+        std::vector<ChunkDraw>& draws);
+    /// As ChunkStreamer::secondPass: fills `draws` with what comes in addition.
+    void secondPass(
+        std::span<const std::uint32_t> visible,
+        const IsThere& isThere,
+        std::vector<ChunkDraw>& draws);
+
+    /// From now on a chunk's parent stands in for it and its siblings.
+    void markDamaged(ChunkIndex index);
+    /// Whether nothing can be drawn for a chunk or anything above it, so that its children have to
+    /// do without: only if the root is damaged.
+    [[nodiscard]] bool isForced(ChunkIndex index) const { return _nodes[index].isForced; }
+    [[nodiscard]] bool isDamaged(ChunkIndex index) const { return _nodes[index].isDamaged; }
+
+private:
+    /// Counts the frames from 1 on; 0 is never.
+    using Tick = std::uint64_t;
+
+    struct Node {
+        Tick visited = 0;  ///< last time that it was in view, and its parent open
+        Tick seen = 0;     ///< last time that it was visible, or may have been
+        Tick open = 0;     ///< last time that all children in view stood for it
+        Tick drawn = 0;    ///< last time that it was drawn or tested as a whole ...
+        Tick since = 0;    ///< ... and since when without a break
+        Tick keptOpen = 0; ///< not to be closed before
+        std::uint64_t keptOpenView = 0;
+        bool isClosed = false;
+        bool wasTested = false; ///< when it was last drawn as a whole, it was only tested
+        bool isDamaged = false;
+        bool isForced = false;
+        bool isBlocked = false; ///< a child is damaged
+    };
+    /// What was drawn in a frame whose visibility isn't known yet.
+    struct Record {
+        std::uint64_t frame = 0;
+        Tick tick = 0;
+        std::vector<ChunkIndex> chunks;
+        std::size_t firstTested = 0; ///< of the first pass
+        std::size_t lastTested = 0;  ///< past them; what follows is of the second pass
+    };
+
+    [[nodiscard]] double pixelsOf(ChunkIndex index, double distance) const;
+    [[nodiscard]] bool needsRefinement(ChunkIndex index, double pixels, double coarsening) const;
+    [[nodiscard]] bool isClosed(ChunkIndex index) const;
+    Tick visit(ChunkIndex index, const IsThere& isThere, std::vector<ChunkDraw>& draws);
+    void enter(ChunkIndex index);
+    void draw(
+        ChunkIndex index,
+        double distance,
+        double pixels,
+        bool isTest,
+        std::vector<ChunkDraw>& draws);
+    void markSeen(ChunkIndex index, Tick tick);
+    void open(ChunkIndex index);
+    void closeHidden(const Record& record);
+
+    const ChunkTree& _tree;
+    StreamingSettings _settings;
+    std::vector<Node> _nodes;
+    ChunkView _view;
+    std::uint64_t _viewVersion = 0; ///< counts the changes of the view
+    Tick _tick = 0;
+    double _coarsening = 1;
+    bool _isSecondPass = false;  ///< in which nothing is only tested
+    std::deque<Record> _records; ///< oldest first
+};
+
+} // namespace isofront::voxels

@@ -1,0 +1,327 @@
+#include "isofront/voxels/ChunkStreamer.h"
+
+#include "ChunkLoader.h"
+#include "ChunkSelection.h"
+#include "DeviceCache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace isofront::voxels {
+
+namespace {
+
+using Data = std::shared_ptr<const std::vector<std::byte>>;
+
+/// Detail is reduced in steps of this factor of a voxel's pixels: 2^(1/4).
+constexpr double kCoarseningStep = 1.189207115002721;
+/// Beyond, nothing but the root is left.
+constexpr int kMostSteps = 400;
+/// Shares of what the cache can hold: above the first detail is reduced, below the second it is
+/// increased again. Between them it stays, or it might alternate with what becomes visible.
+constexpr double kFull = 0.97;
+constexpr double kRoomy = 0.9;
+/// Once something has to leave, so much stays, so that it isn't one chunk every frame.
+constexpr double kKept = 0.9;
+/// While the view stays detail is increased again only so often.
+constexpr int kMostReturns = 2;
+
+class Streamer : public ChunkStreamer {
+public:
+    Streamer(
+        const std::shared_ptr<const ChunkStore>& store,
+        ChunkTree tree,
+        const StreamingSettings& settings,
+        std::shared_ptr<core::Jobs> jobs,
+        std::vector<std::uint64_t> bytes)
+        : _tree(std::move(tree)), _settings(settings), _bytes(std::move(bytes)),
+          _cache(
+              settings.cacheBytes,
+              _bytes.empty() ? 0 : _bytes.front(),
+              _bytes.empty() ? 0 : *std::ranges::max_element(_bytes)),
+          _selection(_tree, settings), _isResident(_tree.size(), false),
+          _lastWanted(_tree.size(), 0), _loader(store, _tree, settings.form, std::move(jobs))
+    {
+    }
+
+    const ChunkFrame& update(
+        const ChunkView& view,
+        std::uint64_t frame,
+        std::uint64_t completed,
+        std::span<const Visibility> seen) override
+    {
+        begin(view, frame, completed);
+        for (const Visibility& frameSeen : seen)
+            _selection.learn(frameSeen);
+        takeLoaded();
+        chooseDetail();
+        _frame.moves = _cache.move(_settings.moveBytes, _partial);
+        place();
+        _frame.opaque = _selection.draws(
+            frame,
+            _frame.coarsening,
+            [this](ChunkIndex i) { return _isResident[i]; },
+            _frame.draws);
+        findPlaces(_frame.draws);
+        request();
+        _frame.residentBytes = _cache.used();
+        _frame.isComplete =
+            _frame.missing == 0 && _frame.moves.empty() && !_cache.isDefragmenting();
+        return _frame;
+    }
+
+    std::span<const ChunkDraw> secondPass(std::span<const std::uint32_t> visible) override
+    {
+        _selection.secondPass(
+            visible, [this](ChunkIndex i) { return _isResident[i]; }, _secondPass);
+        findPlaces(_secondPass);
+        return _secondPass;
+    }
+
+    void waitForChunks() override { _loader.wait(); }
+    [[nodiscard]] const ChunkTree& tree() const override { return _tree; }
+    [[nodiscard]] const StreamingSettings& settings() const override { return _settings; }
+
+private:
+    void begin(const ChunkView& view, std::uint64_t frame, std::uint64_t completed)
+    {
+        _frame = {};
+        _sent.clear();
+        if (view.isValid()) {
+            _returns = view == _view ? _returns : 0;
+            _view = view;
+        } else {
+            _frame.isRefused = true;
+        }
+        ++_tick;
+        _cache.begin(frame, completed);
+        _selection.begin(_view);
+    }
+
+    void takeLoaded()
+    {
+        for (ChunkLoader::Loaded& loaded : _loader.take()) {
+            if (loaded.data) {
+                _ready[loaded.index] = *loaded.data;
+                continue;
+            }
+            _frame.damaged.push_back(loaded.data.error());
+            _selection.markDamaged(loaded.index);
+        }
+    }
+
+    [[nodiscard]] std::uint64_t totalOf(const std::vector<ChunkSelection::Wanted>& chunks) const
+    {
+        std::uint64_t total = 0;
+        for (const ChunkSelection::Wanted& chunk : chunks)
+            total += _bytes[chunk.index];
+        return total;
+    }
+
+    /// Finds what the view needs, and how coarse it has to be to fit.
+    void chooseDetail()
+    {
+        const auto wantedAt = [&](int step, std::vector<ChunkSelection::Wanted>& chunks) {
+            _selection.wanted(std::pow(kCoarseningStep, step), chunks);
+            return totalOf(chunks);
+        };
+        const auto share = [&](double of) { return of * static_cast<double>(_cache.usable()); };
+        _frame.wantedBytes = wantedAt(_step, _wanted);
+        const int before = _step;
+        while (_step<kMostSteps&& static_cast<double>(_frame.wantedBytes)> share(kFull) &&
+               _wanted.size() > 1)
+            _frame.wantedBytes = wantedAt(++_step, _wanted);
+        if (_step == before && _step > 0 && _returns < kMostReturns) {
+            const std::uint64_t bytes = wantedAt(_step - 1, _scratch);
+            if (static_cast<double>(bytes) <= share(kRoomy)) {
+                --_step;
+                _frame.wantedBytes = bytes;
+                std::swap(_wanted, _scratch);
+            }
+        } else if (_step > before) {
+            ++_returns;
+        }
+        _frame.coarsening = std::pow(kCoarseningStep, _step);
+        for (const ChunkSelection::Wanted& chunk : _wanted)
+            _lastWanted[chunk.index] = _tick;
+    }
+
+    [[nodiscard]] bool hasBase(ChunkIndex index) const
+    {
+        const ChunkIndex parent = _tree[index].parent;
+        return parent == kNoChunk || _isResident[parent] || _selection.isForced(parent);
+    }
+
+    /// Uploads what is loaded, the coarsest and nearest first, as far as this frame goes.
+    void place()
+    {
+        if (_partial != kNoChunk && _lastWanted[_partial] != _tick)
+            evict(_partial);
+        if (_partial != kNoChunk)
+            upload(_partial);
+        for (const ChunkSelection::Wanted& chunk : _wanted) {
+            if (_isResident[chunk.index] || chunk.index == _partial)
+                continue;
+            if (_partial != kNoChunk ||
+                _frame.uploadBytes + kChunkAlignment > _settings.uploadBytes)
+                break;
+            if (!_ready.contains(chunk.index) || !hasBase(chunk.index))
+                continue;
+            if (!findRoom(chunk.index))
+                break;
+            _partial = chunk.index;
+            _partialBytes = 0;
+            upload(chunk.index);
+        }
+    }
+
+    bool findRoom(ChunkIndex index)
+    {
+        const std::uint64_t bytes = _bytes[index];
+        if (_cache.used() + bytes > _cache.usable())
+            evictUntil(bytes);
+        if (_cache.allocate(index, bytes))
+            return true;
+        // what leaves is free when the frames under way are done; if that isn't enough, what is
+        // free is in pieces
+        if (_cache.pending() == 0 && _cache.used() + bytes <= _cache.usable())
+            _cache.makeRoom(bytes);
+        return false;
+    }
+
+    void upload(ChunkIndex index)
+    {
+        const Data& data = _ready.at(index);
+        const std::uint64_t room = _settings.uploadBytes - _frame.uploadBytes;
+        const std::uint64_t bytes = std::min(room, data->size() - _partialBytes);
+        _cache.use(index);
+        _frame.uploadBytes += bytes;
+        _frame.uploads.push_back(
+            {index,
+             _cache.offsetOf(index) + _partialBytes,
+             std::span(*data).subspan(_partialBytes, bytes),
+             _partialBytes + bytes == data->size()});
+        _sent.push_back(data);
+        _partialBytes += bytes;
+        if (_partialBytes < data->size())
+            return;
+        _partial = kNoChunk;
+        _isResident[index] = true;
+        _ready.erase(index);
+    }
+
+    void evict(ChunkIndex index)
+    {
+        _cache.release(index);
+        if (_partial == index)
+            _partial = kNoChunk;
+        if (_isResident[index])
+            _frame.evictions.push_back(index);
+        _isResident[index] = false;
+    }
+
+    /// Lets go what this view doesn't need, what wasn't needed for longest first, finest first.
+    void evictUntil(std::uint64_t bytes)
+    {
+        std::vector<ChunkIndex> idle;
+        for (ChunkIndex i = 0; i < _tree.size(); ++i)
+            if (_isResident[i] && _lastWanted[i] != _tick)
+                idle.push_back(i);
+        // parents are needed whenever a child is and come first in the tree, so children go first
+        std::ranges::sort(idle, [&](ChunkIndex a, ChunkIndex b) {
+            return std::tie(_lastWanted[a], b) < std::tie(_lastWanted[b], a);
+        });
+        const auto kept = static_cast<std::uint64_t>(kKept * static_cast<double>(_cache.usable()));
+        for (const ChunkIndex index : idle) {
+            if (_cache.used() + bytes <= kept)
+                break;
+            evict(index);
+        }
+    }
+
+    void findPlaces(std::vector<ChunkDraw>& draws)
+    {
+        for (ChunkDraw& draw : draws) {
+            draw.offset = _cache.offsetOf(draw.index);
+            _cache.use(draw.index);
+        }
+    }
+
+    /// Asks for what is missing, as much as may wait on the host.
+    void request()
+    {
+        std::vector<ChunkIndex> chunks;
+        std::uint64_t waiting = 0;
+        for (const ChunkSelection::Wanted& chunk : _wanted) {
+            if (_isResident[chunk.index])
+                continue;
+            ++_frame.missing;
+            waiting += _bytes[chunk.index];
+            if (waiting > _settings.hostBytes && _frame.missing > 1)
+                continue;
+            if (!_ready.contains(chunk.index))
+                chunks.push_back(chunk.index);
+        }
+        std::erase_if(_ready, [&](const auto& ready) { return _lastWanted[ready.first] != _tick; });
+        _loader.want(chunks);
+    }
+
+    ChunkTree _tree;
+    StreamingSettings _settings;
+    std::vector<std::uint64_t> _bytes; ///< of each chunk in the cache
+    DeviceCache _cache;
+    ChunkSelection _selection;
+    ChunkView _view;
+    ChunkFrame _frame;
+    std::uint64_t _tick = 0;
+    std::vector<bool> _isResident;          ///< drawable; parents before their children
+    std::vector<std::uint64_t> _lastWanted; ///< tick
+    std::vector<ChunkSelection::Wanted> _wanted;
+    std::vector<ChunkSelection::Wanted> _scratch;
+    std::vector<ChunkDraw> _secondPass;
+    int _step = 0;    ///< of coarsening
+    int _returns = 0; ///< how often it rose in this view
+    std::map<ChunkIndex, Data> _ready;
+    std::vector<Data> _sent;         ///< this frame's
+    ChunkIndex _partial = kNoChunk;  ///< has a place, but not all of its bytes
+    std::uint64_t _partialBytes = 0; ///< that it has
+    ChunkLoader _loader;             ///< last, so that its jobs end before all else
+};
+
+} // namespace
+
+core::Result<std::unique_ptr<ChunkStreamer>> ChunkStreamer::create(
+    std::shared_ptr<const ChunkStore> store,
+    const StreamingSettings& settings,
+    std::shared_ptr<core::Jobs> jobs)
+{
+    if (!(settings.voxelPixels > 0) || !(settings.sourcePixels > 0) ||
+        settings.uploadBytes < kChunkAlignment)
+        return core::failure(
+            core::ErrorCode::usage,
+            "streaming needs bounds on pixels above 0, and at least " +
+                std::to_string(kChunkAlignment) + " bytes to upload a frame");
+    const auto directory = store->directory();
+    if (!directory)
+        return tl::unexpected(directory.error());
+    auto tree = ChunkTree::create(store->model().lattice, *directory);
+    if (!tree)
+        return tl::unexpected(tree.error().within(store->model().name));
+    std::vector<std::uint64_t> bytes(tree->size());
+    for (ChunkIndex i = 0; i < tree->size(); ++i)
+        bytes[i] = alignedBytes(settings.form.bytes((*tree)[i].entry));
+    if (!bytes.empty() && bytes.front() > settings.cacheBytes)
+        return core::failure(
+            core::ErrorCode::resourceLimit,
+            "the coarsest chunk takes " + std::to_string(bytes.front()) +
+                " bytes, more than the cache has (" + std::to_string(settings.cacheBytes) +
+                "); give it more");
+    return std::make_unique<Streamer>(
+        store, std::move(*tree), settings, std::move(jobs), std::move(bytes));
+}
+
+} // namespace isofront::voxels

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <isofront/voxels/ChunkStreamer.h>
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <deque>
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace isofront::tests {
+
+/// A device that does what frames say as late as it may: uploads are written when a frame is handed
+/// over, as a host writes to mapped memory; moves and draws happen when it is completed. Whatever
+/// is freed, moved or overwritten too early is then seen as wrong bytes.
+class SimulatedDevice {
+public:
+    SimulatedDevice(std::shared_ptr<const voxels::ChunkStore> store, std::uint64_t bytes)
+        : _store(std::move(store)), _memory(bytes)
+    {
+    }
+
+    void submit(
+        std::uint64_t number,
+        const voxels::ChunkFrame& frame,
+        const voxels::ChunkStreamer& streamer)
+    {
+        Frame& kept = _frames.emplace_back();
+        kept.number = number;
+        kept.moves = frame.moves;
+        kept.draws = frame.draws;
+        std::uint64_t bytes = 0;
+        for (const voxels::ChunkUpload& upload : frame.uploads) {
+            ASSERT_LE(upload.offset + upload.data.size(), _memory.size());
+            std::memcpy(_memory.data() + upload.offset, upload.data.data(), upload.data.size());
+            bytes += upload.data.size();
+        }
+        EXPECT_EQ(bytes, frame.uploadBytes);
+        EXPECT_LE(bytes, streamer.settings().uploadBytes);
+        uploaded += bytes;
+        moved += frame.moves.size();
+    }
+    void add(std::span<const voxels::ChunkDraw> draws)
+    {
+        _frames.back().draws.insert(_frames.back().draws.end(), draws.begin(), draws.end());
+    }
+
+    /// Carries out all frames up to one.
+    void complete(std::uint64_t number, const voxels::ChunkStreamer& streamer)
+    {
+        for (; !_frames.empty() && _frames.front().number <= number; _frames.pop_front()) {
+            for (const voxels::ChunkMove& move : _frames.front().moves) {
+                const std::uint64_t apart =
+                    move.from < move.to ? move.to - move.from : move.from - move.to;
+                EXPECT_GE(apart, move.bytes) << "a move overlaps itself";
+                std::memmove(_memory.data() + move.to, _memory.data() + move.from, move.bytes);
+            }
+            for (const voxels::ChunkDraw& draw : _frames.front().draws) {
+                const std::vector<std::byte>& bytes = bytesOf(draw.key, streamer);
+                ASSERT_EQ(std::memcmp(_memory.data() + draw.offset, bytes.data(), bytes.size()), 0)
+                    << "level " << draw.key.level << " in frame " << _frames.front().number;
+            }
+        }
+    }
+
+    std::uint64_t uploaded = 0; ///< [bytes]
+    std::uint64_t moved = 0;    ///< chunks
+
+private:
+    struct Frame {
+        std::uint64_t number = 0;
+        std::vector<voxels::ChunkMove> moves;
+        std::vector<voxels::ChunkDraw> draws;
+    };
+
+    const std::vector<std::byte>&
+    bytesOf(const voxels::ChunkKey& key, const voxels::ChunkStreamer& streamer)
+    {
+        std::vector<std::byte>& bytes = _bytes[key];
+        if (bytes.empty()) {
+            const auto chunk = _store->get(key);
+            const voxels::ChunkForm& form = streamer.settings().form;
+            bytes.resize(form.bytes(voxels::entryOf(**chunk)));
+            form.pack(**chunk, bytes);
+        }
+        return bytes;
+    }
+
+    std::shared_ptr<const voxels::ChunkStore> _store;
+    std::vector<std::byte> _memory;
+    std::deque<Frame> _frames;
+    std::map<voxels::ChunkKey, std::vector<std::byte>> _bytes;
+};
+
+} // namespace isofront::tests
