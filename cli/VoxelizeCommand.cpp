@@ -1,11 +1,13 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "FieldVoxels.h"
 #include "ModelReports.h"
 #include "SourceArguments.h"
 
 #include <isofront/core/Process.h>
 #include <isofront/exchange/ModelFile.h>
 #include <isofront/voxels/ChunkStore.h>
+#include <isofront/voxels/FieldVoxelization.h>
 #include <isofront/voxels/Voxelization.h>
 
 #include <nlohmann/json.hpp>
@@ -33,7 +35,7 @@ struct VoxelizeArguments {
     SourceArguments input;
     std::string output;
     std::string format = "lmdb";
-    std::uint32_t resolution = 0;
+    FieldVoxelOptions field; ///< with the resolution, which is that of meshes, too
     bool conservative = false;
     bool allFaces = false;
     std::string scratch;
@@ -62,6 +64,7 @@ struct VoxelSource {
         const std::atomic<bool>* cancelled,
         const std::function<void(double)>& progress)>;
     Voxelizing voxelize;
+    std::string name; ///< kept with the model
     bool coloured = false;
     /// Its part of the JSON object, and the key that it has there.
     std::string key;
@@ -70,12 +73,22 @@ struct VoxelSource {
 
 core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const SourceOptions& options)
 {
+    if (arguments.field.resolution == 0)
+        return core::failure(
+            ErrorCode::usage,
+            arguments.source + " is a mesh: say how many voxels with --resolution N");
+    if (arguments.field.isovalue || arguments.field.closed)
+        return core::failure(
+            ErrorCode::usage,
+            arguments.source +
+                " is a mesh: --isovalue and --closed are for volumes, elevations and proc:NAME");
     auto read = exchange::readModel(arguments.source, options.memoryLimit);
     if (!read)
         return tl::unexpected(read.error());
     const auto model = std::make_shared<const voxels::TriangleModel>(std::move(*read));
     VoxelSource source;
     source.voxelize = [model](auto&&... passed) { return voxels::voxelize(*model, passed...); };
+    source.name = std::filesystem::path(arguments.source).filename().string();
     source.coloured = !model->colours.empty();
     source.key = "mesh";
     source.describe = [model](const voxels::VoxelizationReport& report) {
@@ -84,14 +97,80 @@ core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const Sou
     return source;
 }
 
-core::Result<VoxelSource>
-openVoxelSource(const VoxelizeArguments& arguments, const SourceOptions& options)
+/// @param say  told what is decided for the user
+core::Result<VoxelSource> openField(
+    const VoxelizeArguments& arguments,
+    const SourceOptions& options,
+    const std::function<void(const std::string&)>& say)
 {
-    if (exchange::isModelName(arguments.source))
+    auto opened = openSource(arguments.source, options);
+    if (!opened)
+        return tl::unexpected(opened.error());
+    const auto from = std::make_shared<const Source>(std::move(*opened));
+    for (const std::string& note : from->notes)
+        say("note: " + note);
+    if (!arguments.field.isovalue && from->volume)
+        say(isovalueNote(from->defaultIsovalue));
+    const auto wanted = fieldVoxelSettings(*from, arguments.field);
+    if (!wanted)
+        return tl::unexpected(wanted.error());
+    const auto made = std::make_shared<voxels::FieldVoxelizationReport>();
+    VoxelSource source;
+    source.voxelize = [=, wanted = *wanted](
+                          const voxels::VoxelizationSettings& settings,
+                          auto&&... passed) -> core::Result<voxels::VoxelizationReport> {
+        voxels::FieldVoxelizationSettings own = wanted;
+        own.separability = settings.separability;
+        own.allFaces = settings.allFaces;
+        own.scratchFolder = settings.scratchFolder;
+        const auto report = voxels::voxelizeField(*from->field, own, passed...);
+        if (!report)
+            return tl::unexpected(report.error());
+        *made = *report;
+        voxels::VoxelizationReport all;
+        all.model.bounds = from->worldBox;
+        all.lattice = report->lattice;
+        all.voxels = report->voxels;
+        all.allVoxels = report->allVoxels;
+        all.chunks = report->chunks;
+        all.emptyRegions = report->emptyRegions;
+        return all;
+    };
+    source.name = from->isProcedural ? from->name
+                                     : std::filesystem::path(arguments.source).filename().string();
+    source.coloured = from->field->hasAttributes();
+    source.key = "field";
+    source.describe = [=,
+                       closed = arguments.field.closed,
+                       filter = arguments.field.filter,
+                       isovalue = arguments.field.isovalue.value_or(from->defaultIsovalue)](
+                          const voxels::VoxelizationReport&) {
+        Json json;
+        json["description"] = from->description;
+        json["isovalue"] = isovalue;
+        json["filter"] = filter;
+        json["closed"] = closed;
+        json["samples"] = made->samples;
+        json["sanitised_samples"] = made->sanitisedSamples;
+        return json;
+    };
+    return source;
+}
+
+core::Result<VoxelSource> openVoxelSource(
+    const VoxelizeArguments& arguments,
+    const SourceOptions& options,
+    const std::function<void(const std::string&)>& say)
+{
+    const std::string& name = arguments.source;
+    if (exchange::isModelName(name))
         return openMesh(arguments, options);
+    if (name.starts_with("proc:") || elevation::isElevationName(name) || volume::isVolume(name))
+        return openField(arguments, options, say);
     return core::failure(
         ErrorCode::usage,
-        arguments.source + ": meshes are voxelised, .ply, .obj and .stl, gzipped or not");
+        name + ": neither a mesh, .ply, .obj or .stl, gzipped or not, nor a volume, an elevation "
+               "raster or proc:NAME");
 }
 
 /// Refuses, before any work, what writing would end in.
@@ -119,7 +198,8 @@ int voxelize(const VoxelizeArguments& arguments)
         return report(checked.error());
 
     progress.show("loading " + arguments.source, -1);
-    const auto source = openVoxelSource(arguments, *options);
+    const auto source =
+        openVoxelSource(arguments, *options, [&](const std::string& note) { progress.say(note); });
     if (!source)
         return report(source.error());
     const double loadSeconds = secondsSince(start);
@@ -129,7 +209,7 @@ int voxelize(const VoxelizeArguments& arguments)
     if (!store)
         return report(store.error());
     voxels::VoxelizationSettings settings;
-    settings.resolution = arguments.resolution;
+    settings.resolution = arguments.field.resolution;
     settings.separability =
         arguments.conservative ? voxels::Separability::conservative : voxels::Separability::six;
     settings.allFaces = arguments.allFaces;
@@ -150,7 +230,7 @@ int voxelize(const VoxelizeArguments& arguments)
     const double voxelizeSeconds = secondsSince(start) - loadSeconds;
 
     voxels::StoredModel model;
-    model.name = std::filesystem::path(arguments.source).filename().string();
+    model.name = source->name;
     model.lattice = made->lattice;
     model.voxels = made->voxels;
     model.allVoxels = made->allVoxels;
@@ -164,7 +244,10 @@ int voxelize(const VoxelizeArguments& arguments)
 
     std::vector<std::string> warnings = made->model.notes();
     if (made->voxels == 0)
-        warnings.emplace_back("no voxel separates anything: the surface is too small, or too thin");
+        warnings.emplace_back(
+            source->key == "mesh"
+                ? "no voxel separates anything: the surface is too small, or too thin"
+                : "there is no surface: no two voxels lie on different sides of the isovalue");
     for (const std::string& warning : warnings)
         progress.say("warning: " + warning);
     const std::uint64_t bytes = bytesOnDisk(arguments.output);
@@ -182,7 +265,8 @@ int voxelize(const VoxelizeArguments& arguments)
     json["format"] = arguments.format;
     json["bytes"] = bytes;
     json["model"] = modelJson(model);
-    json["touched_voxels"] = made->touched;
+    if (source->key == "mesh")
+        json["touched_voxels"] = made->touched;
     json["empty_regions"] = made->emptyRegions;
     json["bounds"] = boxJson(made->model.bounds);
     json[source->key] = source->describe(*made);
@@ -194,7 +278,7 @@ int voxelize(const VoxelizeArguments& arguments)
     json["peak_rss_bytes"] = core::peakResidentBytes();
     json["threads"] = jobs->concurrency();
     json["settings"] = {
-        {"resolution", arguments.resolution},
+        {"resolution", made->lattice.resolution},
         {"conservative", arguments.conservative},
         {"all_faces", arguments.allFaces}};
     json["warnings"] = warnings;
@@ -208,18 +292,43 @@ Action addVoxelize(CLI::App& app)
 {
     auto arguments = std::make_shared<VoxelizeArguments>();
     CLI::App* command = app.add_subcommand(
-        "voxelize", "Turn a mesh into surface voxels of all levels of detail, chunk by chunk");
-    command->add_option("SOURCE", arguments->source, "a mesh: .ply .obj .stl, gzipped or not")
-        ->required();
+        "voxelize",
+        "Turn a mesh, a volume or a field into surface voxels of all levels of detail, chunk by "
+        "chunk");
+    addSource(*command, arguments->source)
+        ->required()
+        ->description(
+            "a mesh: .ply .obj .stl, gzipped or not; or what 'extract' takes: a volume, an "
+            "elevation raster or proc:NAME[?key=value&...]");
     command
         ->add_option(
             "-o,--output", arguments->output, "model to write: a file, or with --format a folder")
         ->required();
     command
         ->add_option(
-            "--resolution", arguments->resolution, "voxels along the longest edge of what there is")
-        ->required()
+            "--resolution",
+            arguments->field.resolution,
+            "voxels along the longest edge of what there is; default: the voxels of a volume, the "
+            "posts of an elevation raster")
         ->check(CLI::Range(1U, voxels::kMaxResolution));
+    command
+        ->add_option(
+            "--isovalue",
+            arguments->field.isovalue,
+            "solid is where a field is at or above it; default: what separates a volume best")
+        ->check(isovalues());
+    command
+        ->add_option(
+            "--filter",
+            arguments->field.filter,
+            "strength of a field's low-pass filter: 0 none, 0.5 as views have it, 1 all that "
+            "voxels can't hold")
+        ->check(within(0.0, 100.0))
+        ->capture_default_str();
+    command->add_flag(
+        "--closed",
+        arguments->field.closed,
+        "close a field's solid at the border of the data; otherwise its surface ends there");
     command->add_flag(
         "--conservative",
         arguments->conservative,
@@ -250,6 +359,8 @@ Action addVoxelize(CLI::App& app)
         "'isofront info MODEL' tells what was written.\n\n"
         "Examples:\n"
         "  isofront voxelize dragon.ply.gz --resolution 2048 -o dragon.voxels\n"
+        "  isofront voxelize head.nrrd --isovalue 300 -o bone.voxels\n"
+        "  isofront voxelize 'proc:terrain?preset=karst' --resolution 4096 -o karst.voxels\n"
         "  isofront voxelize city.obj --resolution 8192 --format folder -o city");
     return [arguments] { return voxelize(*arguments); };
 }

@@ -238,5 +238,74 @@ TEST_F(ModelsCommand, nameDamagedChunks)
     EXPECT_NE(missing.errors.find("missing"), std::string::npos) << missing.errors;
 }
 
+TEST_F(ModelsCommand, voxelizeFieldsOfFormulas)
+{
+    const Json made = json("voxelize proc:sphere --resolution 300 -o ball.voxels");
+    const Json& model = made["model"];
+    EXPECT_EQ(model["name"], "proc:sphere");
+    EXPECT_EQ(model["resolution"], 300);
+    EXPECT_EQ(model["levels"], 2);
+    EXPECT_EQ(model["coloured"], true);
+    EXPECT_EQ(made["empty_regions"], 1) << "the inside of the ball";
+    EXPECT_GT(made["field"]["samples"], 0);
+    EXPECT_EQ(made["field"]["sanitised_samples"], 0);
+    EXPECT_FALSE(made.contains("touched_voxels"));
+    EXPECT_EQ(json("info ball.voxels --check")["model"]["damaged"], Json::array());
+
+    // a larger ball has more voxels, and a solid beyond the border is closed only on request
+    const Json larger =
+        json("voxelize proc:sphere --resolution 300 --isovalue -0.1 -o larger.voxels");
+    EXPECT_GT(larger["model"]["voxels"], model["voxels"]);
+    const Json open = json("voxelize proc:plane --resolution 20 --filter 0 -o open.voxels");
+    const Json closed =
+        json("voxelize proc:plane --resolution 20 --filter 0 --closed -o closed.voxels");
+    EXPECT_EQ(open["model"]["voxels"], 20 * 20);
+    EXPECT_GT(closed["model"]["voxels"], 3 * 20 * 20);
+}
+
+TEST_F(ModelsCommand, voxelizeVolumesAtTheirOwnVoxels)
+{
+    std::vector<float> values;
+    for (int z = 0; z < 20; ++z)
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 30; ++x)
+                values.push_back(static_cast<float>(8 - std::hypot(x - 14, y - 12, z - 10)));
+    writeNrrd("ball.nrrd", {30, 24, 20}, values);
+    const Json own = json("voxelize ball.nrrd --isovalue 0 --filter 0 -o own.voxels");
+    EXPECT_EQ(own["model"]["resolution"], 30);
+    EXPECT_EQ(own["model"]["voxel_edge"], 1);
+    // the middle of a voxel is a sample of the volume
+    const Json bounds = own["bounds"];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        EXPECT_EQ(own["model"]["origin"][axis], bounds["min"][axis].get<double>() - 0.5);
+    EXPECT_EQ(own["field"]["isovalue"], 0);
+    // as many voxels as there are, asked for by their number
+    const Json same =
+        json("voxelize ball.nrrd --isovalue 0 --filter 0 --resolution 30 -o same.voxels");
+    EXPECT_EQ(contentsOf(folder / "own.voxels"), contentsOf(folder / "same.voxels"));
+    // voxels stay cubes where those of the volume are not: of the least spacing
+    const Json tall =
+        json("voxelize ball.nrrd --voxel-size 1,1,3 --isovalue 0 --filter 0 -o tall.voxels");
+    EXPECT_EQ(tall["model"]["voxel_edge"], 1);
+    EXPECT_EQ(tall["model"]["resolution"], 19 * 3 + 1);
+    EXPECT_GT(tall["model"]["voxels"], own["model"]["voxels"]);
+}
+
+TEST_F(ModelsCommand, sayWhichOptionsOfVoxelizeAreForWhat)
+{
+    write("tetrahedron.obj", kTetrahedron);
+    expectFailure("voxelize tetrahedron.obj -o t.voxels", 2, {"--resolution"});
+    expectFailure("voxelize proc:torus -o t.voxels", 2, {"proc:torus", "--resolution"});
+    expectFailure("voxelize proc:none --resolution 8 -o t.voxels", 2, {"proc:none"});
+    expectFailure("voxelize tetrahedron.obj --resolution 8 --closed -o t.voxels", 2, {"--closed"});
+    writeNrrd("two.nrrd", {2, 2, 2}, std::vector<float>(8, 1.0F));
+    expectFailure("voxelize two.nrrd --resolution 1 -o t.voxels", 2, {"two.nrrd", "--resolution"});
+    // nothing is there to be seen, which is no failure
+    const Json none = json("voxelize proc:sphere --isovalue 99 --resolution 8 -o none.voxels");
+    EXPECT_EQ(none["model"]["voxels"], 0);
+    EXPECT_EQ(none["warnings"].size(), 1U);
+    EXPECT_EQ(json("info none.voxels --check")["model"]["chunks"], 0);
+}
+
 } // namespace
 } // namespace isofront::cli

@@ -373,6 +373,27 @@ TEST(FieldVoxelization, samplesAtTheRadiusOfItsVoxels)
     }
 }
 
+TEST(FieldVoxelization, holdsInCoarserLevelsWhatSamplingAtTheirRadiusFinds)
+{
+    const auto gyroid = fields::gyroid(23.7);
+    FieldVoxelizationSettings settings{.box = boxOf(300, 48, 48)};
+    const auto fine = make(*gyroid, settings);
+    settings.edge = 2;
+    const auto coarse = make(*gyroid, settings);
+    const auto reduced = voxelsOf(fine->kept, 1);
+    const std::set<Cube> sampled = placesOf(coarse->kept);
+    ASSERT_GT(sampled.size(), 5000U);
+    std::size_t missing = 0;
+    for (const Cube& c : sampled) {
+        bool isNear = false;
+        for (int i = 0; i < 27 && !isNear; ++i)
+            isNear = reduced.contains({c[0] + i % 3 - 1, c[1] + i / 3 % 3 - 1, c[2] + i / 9 - 1});
+        EXPECT_TRUE(isNear);
+        missing += reduced.contains(c) ? 0U : 1U;
+    }
+    EXPECT_LT(static_cast<double>(missing), 0.01 * static_cast<double>(sampled.size()));
+}
+
 /// A ball in the world, seen from a space that is turned, stretched and moved.
 struct Turned {
     explicit Turned(std::optional<core::Box> data = std::nullopt)
