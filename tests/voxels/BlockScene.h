@@ -139,37 +139,65 @@ struct BlockCamera {
     }
 };
 
+/// The blocks of all chunks of a scene, for drawing them often.
+class BlockModel {
+public:
+    struct Chunk {
+        std::vector<glm::dvec3> blocks; ///< their low corners [world]
+        double edge = 0;                ///< of a block [world]
+    };
+
+    BlockModel(const voxels::ChunkTree& tree, const voxels::ChunkStore& store)
+        : _chunks(tree.size())
+    {
+        for (voxels::ChunkIndex i = 0; i < tree.size(); ++i) {
+            const voxels::ChunkKey key = tree[i].entry.key;
+            const auto read = store.get(key);
+            if (!read || !*read)
+                continue;
+            Chunk& chunk = _chunks[i];
+            chunk.edge = tree.voxelEdge(key.level) * kBlockEdge;
+            for (const voxels::Voxel& voxel : (*read)->voxels)
+                if (voxel.x() % kBlockEdge == 0 && voxel.y() % kBlockEdge == 0 &&
+                    voxel.z() % kBlockEdge == 0)
+                    chunk.blocks.push_back(
+                        chunk.edge * glm::dvec3(
+                                         key.x * 16 + voxel.x() / kBlockEdge,
+                                         key.y * 16 + voxel.y() / kBlockEdge,
+                                         key.z * 16 + voxel.z() / kBlockEdge));
+        }
+    }
+    [[nodiscard]] const Chunk& operator[](voxels::ChunkIndex index) const { return _chunks[index]; }
+
+private:
+    std::vector<Chunk> _chunks;
+};
+
 /// Draws blocks exactly: each pixel by intersecting its ray with each block that it may meet.
 class BlockPicture {
 public:
-    /// @param tree, store  outlive the picture
-    BlockPicture(
-        const voxels::ChunkTree& tree, const voxels::ChunkStore& store, const BlockCamera& camera)
-        : _tree(tree), _store(store), _camera(camera)
+    /// @param model  outlives the picture
+    BlockPicture(const BlockModel& model, const BlockCamera& camera)
+        : _model(model), _camera(camera), _ahead(glm::normalize(camera.forward)),
+          _right(glm::normalize(glm::cross(_ahead, glm::dvec3(0, 0, 1)))),
+          _above(glm::cross(_right, _ahead)),
+          _scale(0.5 * camera.height / std::tan(0.5 * camera.fieldOfView))
     {
         for (int y = 0; y < camera.height; ++y)
             for (int x = 0; x < camera.width; ++x)
-                _rays.push_back(camera.ray(x, y));
-        depth.assign(_rays.size(), std::numeric_limits<double>::infinity());
-        chunk.assign(_rays.size(), voxels::kNoChunk);
+                _inverse.push_back(1.0 / camera.ray(x, y));
+        depth.assign(_inverse.size(), std::numeric_limits<double>::infinity());
+        chunk.assign(_inverse.size(), voxels::kNoChunk);
     }
 
     /// @return whether any pixel passes the depth test, at equal depth too
     bool draw(voxels::ChunkIndex index, bool isTest)
     {
-        const auto read = _store.get(_tree[index].entry.key);
-        const voxels::ChunkKey key = _tree[index].entry.key;
-        const double edge = _tree.voxelEdge(key.level) * kBlockEdge;
         bool isVisible = false;
-        for (const voxels::Voxel& voxel : (*read)->voxels) {
-            if (voxel.x() % kBlockEdge != 0 || voxel.y() % kBlockEdge != 0 ||
-                voxel.z() % kBlockEdge != 0)
-                continue;
-            const glm::dvec3 block(
-                key.x * 16 + voxel.x() / kBlockEdge,
-                key.y * 16 + voxel.y() / kBlockEdge,
-                key.z * 16 + voxel.z() / kBlockEdge);
-            isVisible |= drawBlock(index, edge * block, edge, isTest);
+        for (const glm::dvec3& block : _model[index].blocks) {
+            isVisible |= drawBlock(index, block - _camera.eye, _model[index].edge, isTest);
+            if (isVisible && isTest)
+                break;
         }
         return isVisible;
     }
@@ -181,20 +209,17 @@ private:
     bool drawBlock(voxels::ChunkIndex index, const glm::dvec3& low, double edge, bool isTest)
     {
         const auto [left, top, right, bottom] = pixelsOf(low, edge);
+        const glm::dvec3 high = low + glm::dvec3(edge);
         bool isVisible = false;
         for (int y = top; y <= bottom; ++y)
             for (int x = left; x <= right; ++x) {
                 const auto at = static_cast<std::size_t>(y * _camera.width + x);
-                double from = _camera.nearest;
-                double to = std::numeric_limits<double>::infinity();
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const double inverse = 1 / _rays[at][axis];
-                    const double a = (low[axis] - _camera.eye[axis]) * inverse;
-                    const double b = (low[axis] + edge - _camera.eye[axis]) * inverse;
-                    from = std::max(from, std::min(a, b));
-                    to = std::min(to, std::max(a, b));
-                }
-                if (!(from <= to) || from > depth[at])
+                const glm::dvec3 a = low * _inverse[at];
+                const glm::dvec3 b = high * _inverse[at];
+                const glm::dvec3 in = glm::min(a, b);
+                const glm::dvec3 out = glm::max(a, b);
+                const double from = std::max({in.x, in.y, in.z, _camera.nearest});
+                if (!(from <= std::min({out.x, out.y, out.z})) || from > depth[at])
                     continue;
                 isVisible = true;
                 if (isTest || (from == depth[at] && chunk[at] < index))
@@ -205,27 +230,35 @@ private:
         return isVisible;
     }
 
-    /// Pixels that a block may meet: left, top, right, bottom.
+    /// Pixels that a block may meet: left, top, right, bottom; none if the first exceeds the last.
     [[nodiscard]] std::array<int, 4> pixelsOf(const glm::dvec3& low, double edge) const
     {
-        const glm::dvec3 ahead = glm::normalize(_camera.forward);
-        const glm::dvec3 right = glm::normalize(glm::cross(ahead, glm::dvec3(0, 0, 1)));
-        const glm::dvec3 above = glm::cross(right, ahead);
-        const double scale = 0.5 * _camera.height / std::tan(0.5 * _camera.fieldOfView);
+        const glm::dvec3 p(glm::dot(low, _right), glm::dot(low, _above), glm::dot(low, _ahead));
         std::array<double, 4> box{1e9, 1e9, -1e9, -1e9};
+        const auto part = [&](unsigned corner, const glm::dvec3& axis) {
+            return edge * ((corner & 1U) * axis.x + (corner >> 1U & 1U) * axis.y +
+                           (corner >> 2U) * axis.z);
+        };
+        bool isBehind = true;
+        bool isAcross = false;
         for (unsigned corner = 0; corner < 8; ++corner) {
-            const glm::dvec3 p =
-                low + edge * glm::dvec3(corner & 1U, corner >> 1U & 1U, corner >> 2U) - _camera.eye;
-            const double far = glm::dot(p, ahead);
-            if (far < _camera.nearest)
-                return {0, 0, _camera.width - 1, _camera.height - 1};
-            const double x = 0.5 * _camera.width + scale * glm::dot(p, right) / far;
-            const double y = 0.5 * _camera.height - scale * glm::dot(p, above) / far;
+            const double far = p.z + part(corner, _ahead);
+            if (far < _camera.nearest) {
+                isAcross = true;
+                continue;
+            }
+            isBehind = false;
+            const double x = 0.5 * _camera.width + _scale * (p.x + part(corner, _right)) / far;
+            const double y = 0.5 * _camera.height - _scale * (p.y + part(corner, _above)) / far;
             box = {
                 std::min(box[0], x), std::min(box[1], y), std::max(box[2], x), std::max(box[3], y)};
         }
+        if (isBehind)
+            return {1, 1, 0, 0};
+        if (isAcross)
+            return {0, 0, _camera.width - 1, _camera.height - 1};
         const auto pixel = [](double at, int count) {
-            return static_cast<int>(std::clamp(std::floor(at), -1.0, static_cast<double>(count)));
+            return static_cast<int>(std::clamp(std::floor(at), -2.0, count + 1.0));
         };
         return {
             std::max(0, pixel(box[0], _camera.width) - 1),
@@ -234,10 +267,13 @@ private:
             std::min(_camera.height - 1, pixel(box[3], _camera.height) + 1)};
     }
 
-    const voxels::ChunkTree& _tree;
-    const voxels::ChunkStore& _store;
+    const BlockModel& _model;
     BlockCamera _camera;
-    std::vector<glm::dvec3> _rays;
+    glm::dvec3 _ahead;
+    glm::dvec3 _right;
+    glm::dvec3 _above;
+    double _scale;                    ///< [px] at distance 1
+    std::vector<glm::dvec3> _inverse; ///< of rays
 };
 
 } // namespace isofront::tests

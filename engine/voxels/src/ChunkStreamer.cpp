@@ -21,8 +21,9 @@ using Data = std::shared_ptr<const std::vector<std::byte>>;
 constexpr double kCoarseningStep = 1.189207115002721;
 /// Beyond, nothing but the root is left.
 constexpr int kMostSteps = 400;
-/// Shares of what the cache can hold: above the first detail is reduced, below the second it is
-/// increased again. Between them it stays, or it might alternate with what becomes visible.
+/// Shares of what the cache can hold: above the first detail is reduced; below the second it is
+/// increased again while the view moves, or it might go back and forth. If the view rests it is
+/// whatever fits, wherever it came from.
 constexpr double kFull = 0.97;
 constexpr double kRoomy = 0.9;
 /// Once something has to leave, so much stays, so that it isn't one chunk every frame.
@@ -92,7 +93,8 @@ private:
         _frame = {};
         _sent.clear();
         if (view.isValid()) {
-            _returns = view == _view ? _returns : 0;
+            _isResting = view == _view;
+            _returns = _isResting ? _returns : 0;
             _view = view;
         } else {
             _frame.isRefused = true;
@@ -135,15 +137,16 @@ private:
         while (_step<kMostSteps&& static_cast<double>(_frame.wantedBytes)> share(kFull) &&
                _wanted.size() > 1)
             _frame.wantedBytes = wantedAt(++_step, _wanted);
-        if (_step == before && _step > 0 && _returns < kMostReturns) {
+        _returns += _step > before ? 1 : 0;
+        while (_step > 0 && _step <= before && _returns < kMostReturns) {
             const std::uint64_t bytes = wantedAt(_step - 1, _scratch);
-            if (static_cast<double>(bytes) <= share(kRoomy)) {
-                --_step;
-                _frame.wantedBytes = bytes;
-                std::swap(_wanted, _scratch);
-            }
-        } else if (_step > before) {
-            ++_returns;
+            if (static_cast<double>(bytes) > share(_isResting ? kFull : kRoomy))
+                break;
+            --_step;
+            _frame.wantedBytes = bytes;
+            std::swap(_wanted, _scratch);
+            if (!_isResting)
+                break; // more in the next frame, if there is still room
         }
         _frame.coarsening = std::pow(kCoarseningStep, _step);
         for (const ChunkSelection::Wanted& chunk : _wanted)
@@ -285,6 +288,7 @@ private:
     std::vector<ChunkDraw> _secondPass;
     int _step = 0;    ///< of coarsening
     int _returns = 0; ///< how often it rose in this view
+    bool _isResting = false;
     std::map<ChunkIndex, Data> _ready;
     std::vector<Data> _sent;         ///< this frame's
     ChunkIndex _partial = kNoChunk;  ///< has a place, but not all of its bytes

@@ -84,7 +84,7 @@ std::vector<ChunkMove> DeviceCache::move(std::uint64_t mostBytes, ChunkIndex pin
     // first those that wait, down to where everything is packed
     while (!_waiting.empty()) {
         const std::uint64_t size = _places.at(_waiting.front()).bytes;
-        if (!mayMove(size) || !isFree(_packed, size))
+        if (_waiting.front() == pinned || !mayMove(size) || !isFree(_packed, size))
             return moves;
         moves.push_back(moved(_waiting.front(), _packed));
         bytes += size;
