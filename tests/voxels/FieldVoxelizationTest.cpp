@@ -262,8 +262,8 @@ TEST(FieldVoxelization, weighsEachVoxelByItsArea)
 
 TEST(FieldVoxelization, givesTheSameChunksInTheSameOrderOnAnyNumberOfThreads)
 {
-    const core::Box box = boxOf(300, 70, 270);
-    const auto field = fields::colouredByPlace(fields::gyroid(31), box);
+    const core::Box box = boxOf(270, 30, 264);
+    const auto field = fields::colouredByPlace(fields::gyroid(21), box);
     const FieldVoxelizationSettings settings{.box = box, .closed = true};
     const auto one = make(*field, settings, 1);
     const auto four = make(*field, settings, 4);

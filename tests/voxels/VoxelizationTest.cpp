@@ -161,6 +161,93 @@ TEST(Voxelization, normalsAndColoursAreMeansByArea)
     }
 }
 
+TEST(Voxelization, bothSidesOfAThinWallAreKept)
+{
+    // two walls with red outsides and green ones, a third of a voxel apart, and a bar that makes
+    // the model as long as it is
+    TriangleModel model;
+    const auto addWall = [&](double z, bool up, std::uint32_t colour) {
+        const auto first = static_cast<std::uint32_t>(model.positions.size());
+        for (const glm::dvec3 corner :
+             {glm::dvec3(0, 0, z),
+              glm::dvec3(300, 0, z),
+              glm::dvec3(300, 40, z),
+              glm::dvec3(0, 40, z)}) {
+            model.positions.push_back(corner);
+            model.colours.push_back(colour);
+        }
+        model.triangles.push_back({first, first + (up ? 1 : 2), first + (up ? 2 : 1)});
+        model.triangles.push_back({first, first + (up ? 2 : 3), first + (up ? 3 : 2)});
+    };
+    addWall(0, false, 0xff00ff00U);
+    addWall(0.3, true, 0xff0000ffU);
+    for (const auto separability : {Separability::six, Separability::conservative}) {
+        const auto made = make(model, {.resolution = 300, .separability = separability});
+        ASSERT_EQ(made->report.lattice.levels, 2U);
+        for (const auto& [key, chunk] : made->kept.chunks) {
+            ASSERT_EQ(chunk.faceSets.size(), chunk.voxels.size()) << "level " << key.level;
+            EXPECT_LE(chunk.faceAttributes.size(), 4U) << "shared";
+            for (std::size_t i = 0; i < chunk.voxels.size(); ++i) {
+                const FaceAttributes above = attributesOf(chunk, i, Face::highZ);
+                const FaceAttributes below = attributesOf(chunk, i, Face::lowZ);
+                EXPECT_EQ(unpackNormal(above.normal), glm::dvec3(0, 0, 1));
+                EXPECT_EQ(unpackNormal(below.normal), glm::dvec3(0, 0, -1));
+                EXPECT_EQ(above.colour, 0xff0000ffU);
+                EXPECT_EQ(below.colour, 0xff00ff00U);
+            }
+        }
+    }
+    // where surfaces agree, nobody pays
+    const auto ball = make(tests::hillySphere(60, 10, 0), {.resolution = 64});
+    for (const auto& [key, chunk] : ball->kept.chunks)
+        EXPECT_TRUE(chunk.faceSets.empty());
+}
+
+TEST(Voxelization, wallsThatComeTogetherInCoarserLevelsKeepTheirSides)
+{
+    // a slab with hills, whose sides share voxels only from the second level on
+    TriangleModel model;
+    for (int side = 0; side < 2; ++side)
+        for (std::uint32_t j = 0; j <= 20; ++j)
+            for (std::uint32_t i = 0; i <= 100; ++i) {
+                const double x = 6.0 * i;
+                const double y = 6.0 * j;
+                const double hill = 3 * std::sin(x / 20) + 2 * std::cos(y / 30);
+                model.positions.push_back({x, y, hill + 1.4 * side});
+                model.colours.push_back(side == 0 ? 0xff00ff00U : 0xff0000ffU);
+            }
+    for (std::uint32_t side = 0; side < 2; ++side)
+        for (std::uint32_t j = 0; j < 20; ++j)
+            for (std::uint32_t i = 0; i < 100; ++i) {
+                const std::uint32_t a = side * 21 * 101 + j * 101 + i;
+                const std::uint32_t b = a + (side == 1 ? 1 : 101);
+                const std::uint32_t d = a + (side == 1 ? 101 : 1);
+                model.triangles.push_back({a, b, a + 102});
+                model.triangles.push_back({a, a + 102, d});
+            }
+    const auto made = make(model, {.resolution = 600});
+    ASSERT_EQ(made->report.lattice.levels, 3U);
+    std::array<std::size_t, 3> voxels{};
+    std::array<std::size_t, 3> sets{};
+    for (const auto& [key, chunk] : made->kept.chunks) {
+        voxels[key.level] += chunk.voxels.size();
+        sets[key.level] += chunk.faceSets.size();
+        for (const FaceSet& set : chunk.faceSets)
+            for (const Face face : {Face::lowZ, Face::highZ}) {
+                const Voxel& voxel = chunk.voxels[set.voxel];
+                if ((voxel.faces() & faceBit(face)) == 0 || (set.mask() & faceBit(face)) == 0)
+                    continue;
+                const FaceAttributes own = attributesOf(chunk, set.voxel, face);
+                const bool up = face == Face::highZ;
+                EXPECT_GT(unpackNormal(own.normal).z * (up ? 1 : -1), 0.9);
+                // a voxel that holds a little of the other side keeps one mean
+                EXPECT_GT(own.colour >> (up ? 0 : 8) & 0xffU, own.colour >> (up ? 8 : 0) & 0xffU);
+            }
+    }
+    EXPECT_LT(sets[0], voxels[0] / 20);
+    EXPECT_GT(sets[2], voxels[2] / 2);
+}
+
 TEST(Voxelization, whatIsWrongIsTold)
 {
     tests::KeptChunks kept;

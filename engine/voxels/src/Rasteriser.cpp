@@ -86,18 +86,21 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
     const VoxelRange own{{0, 0, 0}, {kEdge, kEdge, kEdge}};
     forEachPiece(
         corners, own, [&](std::int64_t x, std::int64_t y, std::int64_t z, const Piece& piece) {
-            WeightedVoxel& voxel = _grid.at(
-                static_cast<std::uint32_t>(x),
-                static_cast<std::uint32_t>(y),
-                static_cast<std::uint32_t>(z));
             const Piece::Mass mass = piece.mass(normal);
             const auto weight = static_cast<float>(mass.area);
             const float counted = std::max(weight, kTrace);
-            voxel.area += weight;
+            WeightedFace part;
+            part.area = weight;
             for (std::size_t axis = 0; axis < 3; ++axis)
-                voxel.normal[axis] += counted * direction[axis];
-            if (model.colours.empty())
+                part.normal[axis] = counted * direction[axis];
+            const std::array<std::uint32_t, 3> place{
+                static_cast<std::uint32_t>(x),
+                static_cast<std::uint32_t>(y),
+                static_cast<std::uint32_t>(z)};
+            if (model.colours.empty()) {
+                addPart(place, part);
                 return;
+            }
             // barycentric coordinates of the centroid: colours are linear in a triangle
             const glm::dvec3 offset = mass.centroid - corners[0];
             const double du = glm::dot(offset, u);
@@ -109,10 +112,34 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
             const auto c = static_cast<float>(third);
             const float a = 1 - b - c;
             for (std::size_t i = 0; i < 4; ++i)
-                voxel.colour[i] +=
+                part.colour[i] =
                     counted * (a * model.colours[indices[0]][i] + b * model.colours[indices[1]][i] +
                                c * model.colours[indices[2]][i]);
+            addPart(place, part);
         });
+}
+
+void Rasteriser::addPart(const std::array<std::uint32_t, 3>& place, const WeightedFace& part)
+{
+    if (_facesOf.empty()) {
+        addAttributes(_grid.at(place[0], place[1], place[2]), part);
+        return;
+    }
+    const auto found = _facesOf.find(packPlace(place[0], place[1], place[2], 0));
+    if (found == _facesOf.end())
+        return;
+    // each face sees what is turned towards it, as large as it looks from there
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float share = std::abs(part.normal[axis]) / std::max(part.area, kTrace);
+        if (share > 0)
+            addAttributes(
+                found->second->faces[2 * axis + (part.normal[axis] > 0 ? 1U : 0U)],
+                scaled(part, share));
+    }
+}
+
+void Rasteriser::mark(const LatticeTriangle& triangle, const VoxelRange& within)
+{
     forEachCrosshair(
         triangle, within, [&](std::int64_t x, std::int64_t y, std::int64_t z, std::size_t) {
             _grid
@@ -123,7 +150,51 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
         });
 }
 
-std::vector<WeightedVoxel> Rasteriser::run(
+/// Goes through the triangles once more, for the voxels whose triangles are turned to different
+/// sides.
+void Rasteriser::addFaces(
+    const LatticeModel& model,
+    std::span<const std::uint32_t> triangles,
+    const VoxelRange& within,
+    VoxelList& list)
+{
+    constexpr std::uint32_t kBlock = 16; // edge of those that are looked through [voxels]
+    constexpr std::uint32_t kBlocks = kChunkEdge / kBlock;
+    const auto blockOf = [](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+        return x / kBlock + kBlocks * (y / kBlock + kBlocks * (z / kBlock));
+    };
+    std::vector<bool> concerned(std::size_t{kBlocks} * kBlocks * kBlocks);
+    for (std::uint32_t i = 0; i < list.voxels.size(); ++i) {
+        if (!isMixed(list.voxels[i]))
+            continue;
+        const Voxel voxel{list.voxels[i].place, 0};
+        concerned[blockOf(voxel.x(), voxel.y(), voxel.z())] = true;
+        list.faces.push_back({i, {}});
+    }
+    if (list.faces.empty())
+        return;
+    for (WeightedFaces& faces : list.faces)
+        _facesOf.emplace(list.voxels[faces.voxel].order(), &faces);
+    for (const std::uint32_t index : triangles) {
+        const VoxelRange range = intersection(voxelsOf(model.triangle(index)), within);
+        std::array<std::uint32_t, 3> low{};
+        std::array<std::uint32_t, 3> high{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            low[axis] = static_cast<std::uint32_t>(range.low[axis] - within.low[axis]);
+            high[axis] = static_cast<std::uint32_t>(range.high[axis] - within.low[axis] - 1);
+        }
+        bool isConcerned = false;
+        for (std::uint32_t z = low[2] / kBlock; z <= high[2] / kBlock && !isConcerned; ++z)
+            for (std::uint32_t y = low[1] / kBlock; y <= high[1] / kBlock && !isConcerned; ++y)
+                for (std::uint32_t x = low[0] / kBlock; x <= high[0] / kBlock; ++x)
+                    isConcerned = isConcerned || concerned[x + kBlocks * (y + kBlocks * z)];
+        if (isConcerned)
+            add(model, index, within);
+    }
+    _facesOf.clear();
+}
+
+VoxelList Rasteriser::run(
     const LatticeModel& model,
     const std::array<std::uint32_t, 3>& chunk,
     std::span<const std::uint32_t> triangles,
@@ -136,19 +207,22 @@ std::vector<WeightedVoxel> Rasteriser::run(
         within.high[axis] = within.low[axis] + kChunkEdge;
     }
     _grid.clear();
-    for (const std::uint32_t index : triangles)
+    for (const std::uint32_t index : triangles) {
         add(model, index, within);
+        mark(model.triangle(index), within);
+    }
 
     touched += _grid.voxels().size();
-    std::vector<WeightedVoxel> voxels;
+    VoxelList list;
     for (WeightedVoxel voxel : _grid.voxels()) {
         if (separability == Separability::six && (voxel.place & kKept) == 0)
             continue;
         voxel.place &= ~kKept;
-        voxels.push_back(voxel);
+        list.voxels.push_back(voxel);
     }
-    std::ranges::sort(voxels, {}, &WeightedVoxel::order);
-    return voxels;
+    std::ranges::sort(list.voxels, {}, &WeightedVoxel::order);
+    addFaces(model, triangles, within, list);
+    return list;
 }
 
 } // namespace isofront::voxels

@@ -6,6 +6,7 @@
 #include <isofront/voxels/TriangleModel.h>
 
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 namespace isofront::voxels {
@@ -28,8 +29,9 @@ public:
     /// @param chunk      its place among the chunks of level 0
     /// @param triangles  those whose box meets the chunk, in increasing order
     /// @param touched    how many cubes the triangles touch is added to it
-    /// @return the voxels, in their order, without faces
-    std::vector<WeightedVoxel>
+    /// @return the voxels, without face masks; those whose triangles are turned to different sides
+    ///         with what can be seen from each side
+    VoxelList
     run(const LatticeModel& model,
         const std::array<std::uint32_t, 3>& chunk,
         std::span<const std::uint32_t> triangles,
@@ -38,8 +40,17 @@ public:
 
 private:
     void add(const LatticeModel& model, std::uint32_t index, const VoxelRange& within);
+    void addPart(const std::array<std::uint32_t, 3>& place, const WeightedFace& part);
+    void mark(const LatticeTriangle& triangle, const VoxelRange& within);
+    void addFaces(
+        const LatticeModel& model,
+        std::span<const std::uint32_t> triangles,
+        const VoxelRange& within,
+        VoxelList& list);
 
     VoxelGrid _grid;
+    /// While faces are added: those of the voxels that get them, by their order.
+    std::unordered_map<std::uint32_t, WeightedFaces*> _facesOf;
 };
 
 } // namespace isofront::voxels

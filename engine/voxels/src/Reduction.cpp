@@ -41,10 +41,12 @@ bool hasNormal(const WeightedVoxel& voxel)
     return voxel.normal[0] != 0 || voxel.normal[1] != 0 || voxel.normal[2] != 0;
 }
 
-/// What each face of a voxel shows: of the children that show it, all the same.
+/// What each face of a voxel shows: of the children that show it those that are turned to it, as
+/// far as they are; if none is, all alike.
 WeightedFaces facesOf(std::span<const std::uint64_t> children, const ReductionScratch& scratch)
 {
-    WeightedFaces sums;
+    WeightedFaces turned;
+    WeightedFaces all;
     for (const std::uint64_t key : children) {
         const std::size_t index = key & 0xffffffffU;
         const WeightedVoxel& child = scratch.gathered[index];
@@ -52,13 +54,21 @@ WeightedFaces facesOf(std::span<const std::uint64_t> children, const ReductionSc
         for (std::size_t face = 0; face < kFaces; ++face) {
             if ((child.place >> 24U & faceBit(static_cast<Face>(face))) == 0)
                 continue;
-            if (own != nullptr && own->faces[face].area > 0)
-                addAttributes(sums.faces[face], own->faces[face]);
-            else
-                addAttributes(sums.faces[face], child);
+            if (own != nullptr && own->faces[face].area > 0) {
+                addAttributes(turned.faces[face], own->faces[face]);
+                continue;
+            }
+            const WeightedFace seen{child.normal, child.area, child.colour};
+            addAttributes(all.faces[face], seen);
+            const float along = seen.normal[face / 2] * (face % 2 != 0 ? 1.0F : -1.0F);
+            if (along > 0 && seen.area > 0)
+                addAttributes(turned.faces[face], scaled(seen, along / seen.area));
         }
     }
-    return sums;
+    for (std::size_t face = 0; face < kFaces; ++face)
+        if (turned.faces[face].area <= 0)
+            turned.faces[face] = all.faces[face];
+    return turned;
 }
 
 } // namespace

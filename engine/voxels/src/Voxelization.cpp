@@ -53,7 +53,7 @@ public:
     {
         std::uint64_t touched = 0;
         _rasterisers.with([&](Rasteriser& rasteriser) {
-            list.voxels = rasteriser.run(_model, place, trianglesOf(place), _separability, touched);
+            list = rasteriser.run(_model, place, trianglesOf(place), _separability, touched);
         });
         _touched += touched;
     }

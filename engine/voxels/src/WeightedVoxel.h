@@ -31,6 +31,17 @@ struct WeightedFace {
     std::array<float, 4> colour{};
 };
 
+/// The same of a part of the surface.
+inline WeightedFace scaled(WeightedFace face, float share)
+{
+    face.area *= share;
+    for (float& component : face.normal)
+        component *= share;
+    for (float& component : face.colour)
+        component *= share;
+    return face;
+}
+
 /// The faces of a voxel whose surfaces are turned to different sides.
 struct WeightedFaces {
     std::uint32_t voxel = 0; ///< index in the list
