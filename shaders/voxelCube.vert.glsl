@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// A voxel's three faces towards the eye, four corners each, from its place alone. Faces that it
+// A node's three faces towards the eye, four corners each, from its place alone. Faces that it
 // doesn't have shrink to nothing.
 #include "include/voxel.glsl"
 
@@ -17,10 +17,10 @@ void main()
     corner -= voxel * kCornersOfVoxel;
     name = nameOf(chunk, voxel);
 
-    uint packed = words[chunk.place.x + 2u * voxel];
-    Cube cube = cubeOf(chunk, packed);
+    uint faces;
+    Cube cube = nodeOf(chunk, voxel, faces);
     uint axis = corner >> 2u;
-    uint shown = (facesOf(packed) & facesTowardsEye(cube)) >> (2u * axis);
+    uint shown = (faces & facesTowardsEye(cube)) >> (2u * axis);
     if ((shown & 3u) == 0u) {
         gl_Position = vec4(0.0, 0.0, -1.0, 1.0);
         return;

@@ -65,9 +65,9 @@ void main()
     uint voxel = start.y + gl_LocalInvocationID.x;
     if (voxel >= chunk.place.z || (onlyVisible != 0u && visible[start.x] == 0u))
         return;
-    uint packed = words[chunk.place.x + 2u * voxel];
-    Cube cube = cubeOf(chunk, packed);
-    uint shown = facesOf(packed) & facesTowardsEye(cube);
+    uint faces;
+    Cube cube = nodeOf(chunk, voxel, faces);
+    uint shown = faces & facesTowardsEye(cube);
     if (shown == 0u)
         return;
     ivec4 reach = reachOf(cube);

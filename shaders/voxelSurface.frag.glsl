@@ -12,6 +12,34 @@ layout(set = 0, binding = 7) uniform usampler2D names;
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 colour;
 
+vec3 normalIn(uint word)
+{
+    int packed = int(word);
+    vec3 normal = vec3(
+        bitfieldExtract(packed, 0, 10), bitfieldExtract(packed, 10, 10),
+        bitfieldExtract(packed, 20, 10));
+    return dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+}
+
+vec3 toLinear(vec3 code)
+{
+    vec3 high = pow((code + 0.055) / 1.055, vec3(2.4));
+    return mix(high, code / 12.92, lessThanEqual(code, vec3(0.04045)));
+}
+
+vec3 fromLinear(vec3 light)
+{
+    vec3 high = 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055;
+    return mix(high, 12.92 * light, lessThanEqual(light, vec3(0.0031308)));
+}
+
+// A colour on the way from one to another, in light.
+vec4 between(vec4 from, vec4 to, float weight)
+{
+    vec3 light = mix(toLinear(from.rgb), toLinear(to.rgb), weight);
+    return vec4(fromLinear(light), mix(from.a, to.a, weight));
+}
+
 void main()
 {
     uint name = texelFetch(names, ivec2(gl_FragCoord.xy), 0).r;
@@ -23,11 +51,17 @@ void main()
     if (visible[start.x] == 0u)
         visible[start.x] = 1u;
 
-    int packed = int(words[chunk.place.x + 2u * voxel + 1u]);
-    vec3 normal = vec3(
-        bitfieldExtract(packed, 0, 10), bitfieldExtract(packed, 10, 10),
-        bitfieldExtract(packed, 20, 10));
-    normal = dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+    bool redundant = voxel >= chunk.box.z;
+    float weight = weightOf(chunk);
+    uint parent = weight < 1.0 ? words[chunk.fade.x + voxel] : 0u;
+    vec3 normal = vec3(0.0);
+    if (weight < 1.0)
+        normal = normalIn(words[chunk.fade.z + 2u * parent + 1u]);
+    if (!redundant) {
+        vec3 own = normalIn(words[chunk.place.x + 2u * voxel + 1u]);
+        vec3 mixed = mix(normal, own, weight);
+        normal = weight < 1.0 && dot(mixed, mixed) > 1e-12 ? normalize(mixed) : own;
+    }
     // Of a closed model, voxels at the outline may well look away a little. What looks away more
     // belongs to a sheet that is seen from behind.
     vec2 at = gl_FragCoord.xy * frame.picture.zw * 2.0 - 1.0;
@@ -35,7 +69,13 @@ void main()
     bool back = dot(normal, normalize(ray)) > 0.5;
 
     bool coloured = chunk.place.y != 0u;
-    colour = coloured ? unpackUnorm4x8(words[chunk.place.y + voxel]) : vec4(0.0);
+    colour = vec4(0.0);
+    if (coloured && !redundant)
+        colour = unpackUnorm4x8(words[chunk.place.y + voxel]);
+    if (coloured && weight < 1.0 && chunk.fade.w != 0u) {
+        vec4 above = unpackUnorm4x8(words[chunk.fade.w + parent]);
+        colour = redundant ? above : between(above, colour, weight);
+    }
     float kind = coloured ? 1.0 : 0.25;
     surface = vec4(normal, back ? -kind : kind);
 }

@@ -52,6 +52,30 @@ uint facesOf(uint packed)
     return ((packed >> 24u) & 0x3fu) | caps;
 }
 
+// How far a chunk is on its way from its parent.
+float weightOf(DrawnChunk chunk)
+{
+    return uintBitsToFloat(chunk.box.w);
+}
+
+// What a chunk's node is drawn as, and its faces. A redundant one shrinks towards the side of its
+// direction, which doesn't move; as voxels::fadeExtent says.
+Cube nodeOf(DrawnChunk chunk, uint node, out uint faces)
+{
+    if (node < chunk.box.z) {
+        uint packed = words[chunk.place.x + 2u * node];
+        faces = facesOf(packed);
+        return cubeOf(chunk, packed);
+    }
+    uint packed = words[chunk.fade.y + node - chunk.box.z];
+    faces = 0x3fu;
+    Cube cube = cubeOf(chunk, packed);
+    int direction = int(packed >> 24u);
+    vec3 high = 0.5 * vec3(direction % 3, direction / 3 % 3, direction / 9);
+    float less = weightOf(chunk) * float(1 << chunk.cornerAndLevel.w);
+    return Cube(cube.low + less * high, cube.high - less * (1.0 - high));
+}
+
 // Those faces of a cube whose front the eye is before: at most one along each axis.
 uint facesTowardsEye(Cube cube)
 {

@@ -31,11 +31,15 @@ struct DrawnChunk {
     // Its low corner, less the cell that the eye is in [voxels of level 0]; in w its level.
     ivec4 cornerAndLevel;
     // In the pool of words: where its voxels begin, where their colours begin (0: it has none); its
-    // number of voxels; its first block.
+    // number of nodes: voxels, and after them redundant ones; its first block.
     uvec4 place;
-    // The places of the low and of the high corner of the box around its voxels, packed as voxels
-    // are; the others are unused.
+    // The places of the low and of the high corner of the box around its nodes, packed as voxels
+    // are; its number of voxels; the bits of its weight: 1 for itself, 0 for its parent's looks.
     uvec4 box;
+    // For weights below 1, in the pool of words: where the list of its nodes' parents begins, and
+    // that of the places and directions of its redundant nodes; where the parent chunk's voxels
+    // begin, and their colours (0: it has none).
+    uvec4 fade;
 };
 
 // Which chunk of the frame a block belongs to, and its first voxel there.
@@ -47,7 +51,7 @@ ISOFRONT_SHARED_END
 
 #ifdef __cplusplus
 static_assert(sizeof(isofront::shared::VoxelView) == 4 * 16);
-static_assert(sizeof(isofront::shared::DrawnChunk) == 3 * 16);
+static_assert(sizeof(isofront::shared::DrawnChunk) == 4 * 16);
 static_assert(sizeof(isofront::shared::VoxelBlock) == 8);
 #endif
 

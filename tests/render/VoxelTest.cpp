@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace isofront::test {
@@ -460,6 +461,177 @@ TEST_F(Voxels, keepWithinTheirMemory)
     EXPECT_EQ(shootVoxels(*shown, view, scene).image.rgba, before.image.rgba);
     EXPECT_LE(shown->draw(view, {}, scene)->voxels.poolBytesUsed, 1U << 20U);
     EXPECT_LT(device->allocatedBytes(), held + (4U << 20U));
+}
+
+/// A chunk and its parent, made by hand: every second voxel of a block, and colours.
+struct Family {
+    Chunk child = block({0, 0, 0, 0}, {20, 20, 20}, {39, 39, 39});
+    Chunk parent;
+    voxels::TransitionNodes nodes;
+
+    explicit Family(bool coloured)
+    {
+        std::erase_if(child.voxels, [](const voxels::Voxel& v) {
+            return (v.x() * 7 + v.y() * 3 + v.z() * 5) % 4 < 2;
+        });
+        std::map<std::uint32_t, glm::dvec3> normals; // by place
+        for (voxels::Voxel& v : child.voxels) {
+            v.place |= std::uint32_t{voxels::kAllFaces} << 24U; // it can be seen into
+            normals[packPlace(v.x() / 2, v.y() / 2, v.z() / 2, voxels::kAllFaces)] +=
+                voxels::unpackNormal(v.normal);
+            if (coloured)
+                child.colours.push_back(v.x() % 2 == 0 ? 0xff2040c0U : 0xffc08020U);
+        }
+        parent.key = child.key.parent();
+        for (const auto& [place, normal] : normals) {
+            parent.voxels.push_back({place, voxels::packNormal(normal)});
+            if (coloured)
+                parent.colours.push_back(0xff60a060U);
+        }
+        nodes = *voxels::transitionNodes(child, parent);
+    }
+};
+
+TEST_F(Voxels, onTheirWayShowTheParentAtFirstAndThemselvesAtLast)
+{
+    for (const bool coloured : {false, true}) {
+        const Family family(coloured);
+        const auto shown = renderer(kDomain, options());
+        add(*shown, std::array{family.child, family.parent});
+        ASSERT_TRUE(shown->addTransitions(
+            std::array{render::VoxelTransition{family.child.key, family.nodes}}));
+        const voxels::VoxelLattice lattice{.edge = 1.0, .levels = 2};
+        const hierarchy::View view = lookingAt({2, -15, 55}, {30, 30, 30}, 96, 96);
+        for (const VoxelWay way : kWays) {
+            const auto shot = [&](const VoxelDraw& draw) {
+                return shootVoxels(
+                    *shown, view, {.lattice = lattice, .draws = {&draw, 1}, .way = way});
+            };
+            const VoxelShot parent = shot({family.parent.key});
+            const VoxelShot child = shot({family.child.key});
+            const VoxelShot first = shot({.key = family.child.key, .weight = 0});
+            const VoxelShot last = shot({.key = family.child.key, .weight = 1});
+            EXPECT_EQ(last.image.rgba, child.image.rgba);
+            EXPECT_EQ(last.depth, child.depth);
+            // the same cube in eight parts: the rasteriser's depths may differ in the last bits
+            std::size_t odd = 0;
+            for (std::size_t i = 0; i < first.depth.size(); ++i) {
+                const float a = first.depth[i];
+                const float b = parent.depth[i];
+                odd += std::abs(a - b) > 1e-4F * std::max(a, b) ? 1U : 0U;
+                for (std::size_t channel = 0; channel < 3; ++channel)
+                    odd += std::abs(
+                               first.image.rgba[4 * i + channel] -
+                               parent.image.rgba[4 * i + channel]) > 2
+                               ? 1U
+                               : 0U;
+            }
+            EXPECT_LT(odd, first.depth.size() / 200);
+            EXPECT_NE(first.depth, last.depth);
+        }
+    }
+}
+
+TEST_F(Voxels, onTheirWayAreTheBoxesOfTheTransition)
+{
+    const Family family(false);
+    const auto shown = renderer(kDomain, options());
+    add(*shown, std::array{family.child, family.parent});
+    ASSERT_TRUE(
+        shown->addTransitions(std::array{render::VoxelTransition{family.child.key, family.nodes}}));
+    const voxels::VoxelLattice lattice{.edge = 1.0, .levels = 2};
+    const glm::dvec3 eye(2.125, -15.25, 55.5);
+    const hierarchy::View view = lookingAt(eye, {30, 30, 30}, 50, 50);
+    const double near = shown->defaultNearPlane();
+    for (const float weight : {0.25F, 0.75F}) {
+        std::vector<voxels::TransitionBox> boxes;
+        std::map<std::uint32_t, unsigned> children;
+        for (const voxels::Voxel& v : family.child.voxels)
+            children[packPlace(v.x() / 2, v.y() / 2, v.z() / 2, 0)] |=
+                1U << ((v.x() & 1U) | (v.y() & 1U) << 1U | (v.z() & 1U) << 2U);
+        for (const auto& [place, mask] : children) {
+            const voxels::Voxel parent{place, 0};
+            const auto some = voxels::transitionBoxes(
+                {parent.x(), parent.y(), parent.z()},
+                static_cast<std::uint8_t>(mask),
+                static_cast<double>(weight));
+            boxes.insert(boxes.end(), some.begin(), some.end());
+        }
+        std::vector<double> expected;
+        for (int y = 0; y < view.height; ++y) {
+            for (int x = 0; x < view.width; ++x) {
+                const glm::dvec3 ray = pixelRay(view, x, y);
+                double nearest = 1e9;
+                for (const voxels::TransitionBox& box : boxes) {
+                    const glm::dvec3 a = (box.low - eye) / ray;
+                    const glm::dvec3 b = (box.high - eye) / ray;
+                    const glm::dvec3 from = glm::min(a, b);
+                    const glm::dvec3 to = glm::max(a, b);
+                    const double entry = std::max({from.x, from.y, from.z});
+                    if (entry <= std::min({to.x, to.y, to.z}))
+                        nearest = std::min(nearest, entry);
+                }
+                expected.push_back(nearest);
+            }
+        }
+        for (const VoxelWay way : kWays) {
+            const VoxelDraw draw{.key = family.child.key, .weight = weight};
+            const VoxelShot shot =
+                shootVoxels(*shown, view, {.lattice = lattice, .draws = {&draw, 1}, .way = way});
+            std::size_t odd = 0;
+            std::size_t seen = 0;
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                const auto depth = static_cast<double>(shot.depth[i]);
+                seen += depth > 0 ? 1U : 0U;
+                odd += (expected[i] == 1e9) != (depth == 0) ||
+                               (depth > 0 && std::abs(depth * expected[i] / near - 1) > 1e-4)
+                           ? 1U
+                           : 0U;
+            }
+            EXPECT_GT(seen, 300U);
+            // at outlines, where the ray grazes a box
+            EXPECT_LE(odd, seen / 100) << weight << (way == VoxelWay::cubes ? " cubes" : " splats");
+            // nodes that go are named after the chunk's voxels
+            std::size_t redundant = 0;
+            for (const ShownVoxel& voxel : shot.voxels)
+                redundant += voxel.isThere && voxel.voxel >= family.child.voxels.size() ? 1U : 0U;
+            EXPECT_GT(redundant, 0U);
+        }
+    }
+}
+
+TEST_F(Voxels, withoutTheirParentLookLikeThemselves)
+{
+    const Family family(false);
+    const auto shown = renderer(kDomain, options());
+    const render::VoxelTransition transition{family.child.key, family.nodes};
+    const auto early = shown->addTransitions({&transition, 1});
+    ASSERT_FALSE(early);
+    EXPECT_EQ(early.error().code, core::ErrorCode::usage);
+    add(*shown, {&family.child, 1});
+    const hierarchy::View view = lookingAt({2, -15, 55}, {30, 30, 30}, 64, 64);
+    const voxels::VoxelLattice lattice{.edge = 1.0, .levels = 2};
+    const VoxelDraw whole{family.child.key};
+    const VoxelDraw half{.key = family.child.key, .weight = 0.5F};
+    const auto shot = [&](const VoxelDraw& draw) {
+        return shootVoxels(*shown, view, {.lattice = lattice, .draws = {&draw, 1}}).depth;
+    };
+    const auto self = shot(whole);
+    EXPECT_EQ(shot(half), self);
+    render::VoxelTransition wrong = transition;
+    wrong.nodes.parents.pop_back();
+    const auto bad = shown->addTransitions({&wrong, 1});
+    ASSERT_FALSE(bad);
+    EXPECT_EQ(bad.error().code, core::ErrorCode::badData);
+    ASSERT_TRUE(shown->addTransitions({&transition, 1}));
+    EXPECT_FALSE(shown->addTransitions({&transition, 1}));
+    EXPECT_EQ(shot(half), self);
+    add(*shown, {&family.parent, 1});
+    EXPECT_NE(shot(half), self);
+    // removed with the chunk
+    shown->removeChunks(std::array{family.child.key});
+    add(*shown, {&family.child, 1});
+    EXPECT_EQ(shot(half), self);
 }
 
 TEST_F(Voxels, refuseWhatMakesNoSense)

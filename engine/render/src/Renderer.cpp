@@ -411,6 +411,16 @@ core::Result<std::uint64_t> Renderer::addChunks(std::span<const voxels::Chunk> c
     return bytes;
 }
 
+core::Result<std::uint64_t> Renderer::addTransitions(std::span<const VoxelTransition> transitions)
+{
+    if (core::Result<void> opened = _parts->openVoxels(); !opened)
+        return tl::unexpected(opened.error());
+    core::Result<std::uint64_t> bytes = _parts->voxels->store.add(transitions);
+    if (bytes)
+        _parts->voxelBytesSinceFrame += *bytes;
+    return bytes;
+}
+
 void Renderer::removeChunks(std::span<const voxels::ChunkKey> keys)
 {
     if (_parts->voxels)
@@ -436,6 +446,8 @@ core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
         }
         chunks.push_back(*chunk);
         chunks.back().occlusionOnly = draw.occlusionOnly;
+        if (draw.weight < 1)
+            voxels->store.fade(chunks.back(), draw.weight);
     }
     VoxelFrame frame =
         voxelFrame(view, near, shown, chunks, voxels->pass.splatsInto(targets.extent()));

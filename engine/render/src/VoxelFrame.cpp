@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -82,27 +83,30 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
     const PlacedChunk& chunk = *candidate.chunk;
     const glm::dvec3 corner = cornerOf(chunk.key, view);
     const auto index = static_cast<std::uint32_t>(frame.chunks.size());
+    const std::uint32_t nodes = chunk.voxels + chunk.redundant;
     const auto firstBlock = static_cast<std::uint32_t>(frame.blocks.size());
     frame.keys.push_back(chunk.key);
     frame.chunks.push_back(
         {.cornerAndLevel = shared::ivec4(glm::ivec3(corner), static_cast<int>(chunk.key.level)),
-         .place = {chunk.firstWord, chunk.firstColour, chunk.voxels, firstBlock},
-         .box = {chunk.low, chunk.high, 0, 0}});
+         .place = {chunk.firstWord, chunk.firstColour, nodes, firstBlock},
+         .box = {chunk.low, chunk.high, chunk.voxels, std::bit_cast<std::uint32_t>(chunk.weight)},
+         .fade = {
+             chunk.firstParent, chunk.firstParent + nodes, chunk.parentWord, chunk.parentColour}});
     if (candidate.kind == Candidate::box) {
         ++frame.boxes;
         return;
     }
-    for (std::uint32_t voxel = 0; voxel < chunk.voxels; voxel += shared::kVoxelsInBlock)
+    for (std::uint32_t voxel = 0; voxel < nodes; voxel += shared::kVoxelsInBlock)
         frame.blocks.push_back({{index, voxel}});
-    frame.stats.voxels += chunk.voxels;
+    frame.stats.voxels += nodes;
     ++frame.stats.chunksDrawn;
     if (candidate.kind == Candidate::splat) {
         frame.splatBlocks = static_cast<std::uint32_t>(frame.blocks.size());
-        frame.stats.splatted += chunk.voxels;
+        frame.stats.splatted += nodes;
         return;
     }
-    for (std::uint32_t voxel = 0; voxel < chunk.voxels; voxel += kVoxelsInDraw) {
-        const std::uint32_t count = std::min(kVoxelsInDraw, chunk.voxels - voxel);
+    for (std::uint32_t voxel = 0; voxel < nodes; voxel += kVoxelsInDraw) {
+        const std::uint32_t count = std::min(kVoxelsInDraw, nodes - voxel);
         frame.cubes.push_back(
             {.indexCount = 18 * count,
              .instanceCount = 1,

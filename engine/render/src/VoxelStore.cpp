@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,9 +22,19 @@ std::size_t bytesOf(const voxels::Chunk& chunk)
            chunk.colours.size() * sizeof(std::uint32_t);
 }
 
-std::uint32_t unitsOf(const voxels::Chunk& chunk)
+std::size_t bytesOf(const VoxelTransition& transition)
 {
-    return static_cast<std::uint32_t>((bytesOf(chunk) + kPoolUnit - 1) / kPoolUnit);
+    return transition.nodes.bytes();
+}
+
+template <typename T>
+std::vector<std::size_t> bytesOfEach(std::span<const T> parts)
+{
+    std::vector<std::size_t> bytes;
+    bytes.reserve(parts.size());
+    for (const T& part : parts)
+        bytes.push_back(bytesOf(part));
+    return bytes;
 }
 
 PlacedChunk placed(const voxels::Chunk& chunk, gpu::SlabPool::Range range)
@@ -57,6 +68,18 @@ void copyInto(std::span<std::byte> place, const voxels::Chunk& chunk)
             place.data() + voxelBytes,
             chunk.colours.data(),
             chunk.colours.size() * sizeof(std::uint32_t));
+}
+
+void copyInto(std::span<std::byte> place, const VoxelTransition& transition)
+{
+    const voxels::TransitionNodes& nodes = transition.nodes;
+    const std::size_t parentBytes = nodes.parents.size() * sizeof(std::uint32_t);
+    std::memcpy(place.data(), nodes.parents.data(), parentBytes);
+    if (!nodes.redundant.empty())
+        std::memcpy(
+            place.data() + parentBytes,
+            nodes.redundant.data(),
+            nodes.redundant.size() * sizeof(std::uint32_t));
 }
 
 std::string nameOf(const voxels::ChunkKey& key)
@@ -132,7 +155,7 @@ core::Result<void> VoxelStore::recycle()
 }
 
 core::Result<std::vector<gpu::SlabPool::Range>>
-VoxelStore::makeRoom(std::span<const voxels::Chunk> chunks)
+VoxelStore::makeRoom(std::span<const std::size_t> bytes)
 {
     // The second time when all that was removed is free.
     for (int attempt = 0; attempt < 2; ++attempt) {
@@ -143,13 +166,14 @@ VoxelStore::makeRoom(std::span<const voxels::Chunk> chunks)
         if (core::Result<void> recycled = recycle(); !recycled)
             return tl::unexpected(recycled.error());
         std::vector<gpu::SlabPool::Range> ranges;
-        for (const voxels::Chunk& chunk : chunks) {
-            const std::optional<gpu::SlabPool::Range> range = _pool.allocate(unitsOf(chunk));
+        for (const std::size_t each : bytes) {
+            const std::optional<gpu::SlabPool::Range> range =
+                _pool.allocate(static_cast<std::uint32_t>((each + kPoolUnit - 1) / kPoolUnit));
             if (!range)
                 break;
             ranges.push_back(*range);
         }
-        if (ranges.size() == chunks.size())
+        if (ranges.size() == bytes.size())
             return ranges;
         for (const gpu::SlabPool::Range& range : ranges)
             _pool.release(range);
@@ -160,36 +184,116 @@ VoxelStore::makeRoom(std::span<const voxels::Chunk> chunks)
             " bytes; ask for less detail or give it a larger pool");
 }
 
+template <typename T>
+core::Result<std::vector<gpu::SlabPool::Range>> VoxelStore::upload(std::span<const T> parts)
+{
+    const std::vector<std::size_t> bytes = bytesOfEach(parts);
+    core::Result<std::vector<gpu::SlabPool::Range>> ranges = makeRoom(bytes);
+    if (!ranges)
+        return ranges;
+    const auto copy = [&]() -> core::Result<void> {
+        core::Result<UploadBatch> batch =
+            _uploads.open(_buffer, std::accumulate(bytes.begin(), bytes.end(), std::size_t{0}));
+        if (!batch)
+            return tl::unexpected(batch.error());
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const VkDeviceSize offset = VkDeviceSize{(*ranges)[i].first} * kPoolUnit;
+            copyInto(batch->place(offset, bytes[i]), parts[i]);
+        }
+        return _uploads.submit(_buffer, *batch, gpu::use::kStorageRead);
+    };
+    if (core::Result<void> copied = copy(); !copied) {
+        for (const gpu::SlabPool::Range& range : *ranges)
+            _pool.release(range);
+        return tl::unexpected(copied.error());
+    }
+    return ranges;
+}
+
 core::Result<std::uint64_t> VoxelStore::add(std::span<const voxels::Chunk> chunks)
 {
     if (core::Result<void> sound = check(chunks); !sound)
         return tl::unexpected(sound.error());
-    const core::Result<std::vector<gpu::SlabPool::Range>> ranges = makeRoom(chunks);
+    const core::Result<std::vector<gpu::SlabPool::Range>> ranges = upload(chunks);
     if (!ranges)
         return tl::unexpected(ranges.error());
     std::uint64_t bytes = 0;
-    for (const voxels::Chunk& chunk : chunks)
-        bytes += bytesOf(chunk);
-    const auto upload = [&]() -> core::Result<void> {
-        core::Result<UploadBatch> batch = _uploads.open(_buffer, bytes);
-        if (!batch)
-            return tl::unexpected(batch.error());
-        for (std::size_t i = 0; i < chunks.size(); ++i) {
-            const VkDeviceSize offset = VkDeviceSize{(*ranges)[i].first} * kPoolUnit;
-            copyInto(batch->place(offset, bytesOf(chunks[i])), chunks[i]);
-        }
-        return _uploads.submit(_buffer, *batch, gpu::use::kStorageRead);
-    };
-    if (core::Result<void> uploaded = upload(); !uploaded) {
-        for (const gpu::SlabPool::Range& range : *ranges)
-            _pool.release(range);
-        return tl::unexpected(uploaded.error());
-    }
-    for (std::size_t i = 0; i < chunks.size(); ++i)
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+        bytes += bytesOf(chunks[i]);
         _chunks.emplace(
             chunks[i].key,
-            StoredChunk{.range = (*ranges)[i], .placed = placed(chunks[i], (*ranges)[i])});
+            StoredChunk{
+                .range = (*ranges)[i],
+                .placed = placed(chunks[i], (*ranges)[i]),
+                .transition = std::nullopt});
+    }
     return bytes;
+}
+
+core::Result<void> VoxelStore::check(std::span<const VoxelTransition> transitions) const
+{
+    std::set<voxels::ChunkKey> keys;
+    for (const VoxelTransition& transition : transitions) {
+        const auto found = _chunks.find(transition.key);
+        if (found == _chunks.end())
+            return core::failure(
+                core::ErrorCode::usage,
+                nameOf(transition.key) + " is not on the device; add it before its transition");
+        if (found->second.transition || !keys.insert(transition.key).second)
+            return core::failure(
+                core::ErrorCode::usage,
+                "the transition of " + nameOf(transition.key) +
+                    " is on the device already; remove the chunk first");
+        const std::size_t nodes = found->second.placed.voxels + transition.nodes.redundant.size();
+        if (transition.nodes.parents.size() != nodes || nodes > std::size_t{1} << 24U)
+            return core::failure(
+                core::ErrorCode::badData,
+                "a transition with " + std::to_string(transition.nodes.parents.size()) +
+                    " parents doesn't fit " + nameOf(transition.key) + ", which needs " +
+                    std::to_string(nodes) + "; make it from the same chunk");
+    }
+    return {};
+}
+
+core::Result<std::uint64_t> VoxelStore::add(std::span<const VoxelTransition> transitions)
+{
+    if (core::Result<void> sound = check(transitions); !sound)
+        return tl::unexpected(sound.error());
+    const core::Result<std::vector<gpu::SlabPool::Range>> ranges = upload(transitions);
+    if (!ranges)
+        return tl::unexpected(ranges.error());
+    std::uint64_t bytes = 0;
+    for (std::size_t i = 0; i < transitions.size(); ++i) {
+        bytes += bytesOf(transitions[i]);
+        StoredChunk& chunk = _chunks.at(transitions[i].key);
+        chunk.transition = (*ranges)[i];
+        chunk.redundant = static_cast<std::uint32_t>(transitions[i].nodes.redundant.size());
+    }
+    return bytes;
+}
+
+void VoxelStore::fade(PlacedChunk& chunk, float weight) const
+{
+    const auto own = _chunks.find(chunk.key);
+    const auto parent = _chunks.find(chunk.key.parent());
+    if (own == _chunks.end() || !own->second.transition || parent == _chunks.end())
+        return;
+    chunk.weight = std::max(weight, 0.0F);
+    chunk.firstParent = own->second.transition->first * (kPoolUnit / 4);
+    chunk.redundant = own->second.redundant;
+    chunk.parentWord = parent->second.placed.firstWord;
+    chunk.parentColour = parent->second.placed.firstColour;
+    // redundant nodes fill whole voxels of the parent
+    constexpr std::uint32_t kLowest = voxels::packPlace(1, 1, 1, 0);
+    chunk.low &= ~kLowest;
+    chunk.high |= kLowest;
+}
+
+void VoxelStore::retire(const StoredChunk& chunk)
+{
+    _retired.push_back({_device->submitted(), chunk.range});
+    if (chunk.transition)
+        _retired.push_back({_device->submitted(), *chunk.transition});
 }
 
 void VoxelStore::remove(std::span<const voxels::ChunkKey> keys)
@@ -198,7 +302,7 @@ void VoxelStore::remove(std::span<const voxels::ChunkKey> keys)
         const auto found = _chunks.find(key);
         if (found == _chunks.end())
             continue;
-        _retired.push_back({_device->submitted(), found->second.range});
+        retire(found->second);
         _chunks.erase(found);
     }
 }
@@ -206,7 +310,7 @@ void VoxelStore::remove(std::span<const voxels::ChunkKey> keys)
 void VoxelStore::clear()
 {
     for (const auto& [key, chunk] : _chunks)
-        _retired.push_back({_device->submitted(), chunk.range});
+        retire(chunk);
     _chunks.clear();
 }
 

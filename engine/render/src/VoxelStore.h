@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Uploads.h"
+#include "isofront/render/Voxels.h"
 
 #include <isofront/core/Result.h>
 #include <isofront/gpu/Buffer.h>
@@ -10,7 +11,9 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace isofront::render {
 
@@ -24,6 +27,12 @@ struct PlacedChunk {
     std::uint32_t low = 0;
     std::uint32_t high = 0;
     bool occlusionOnly = false; ///< as VoxelDraw says
+    // For weights below 1:
+    float weight = 1;               ///< as VoxelDraw says
+    std::uint32_t firstParent = 0;  ///< word of its nodes' parents; its redundant nodes follow
+    std::uint32_t redundant = 0;    ///< number of these
+    std::uint32_t parentWord = 0;   ///< of the parent chunk's voxels
+    std::uint32_t parentColour = 0; ///< word of the parent chunk's first colour; 0 if it has none
 };
 
 /// What chunks lie at multiples of [bytes].
@@ -40,6 +49,12 @@ public:
 
     /// Adds all chunks, or on failure none. Returns how many bytes that took.
     core::Result<std::uint64_t> add(std::span<const voxels::Chunk> chunks);
+    /// Adds all transitions, or on failure none; their chunks are there. Returns how many bytes
+    /// that took.
+    core::Result<std::uint64_t> add(std::span<const VoxelTransition> transitions);
+    /// Readies a chunk to be drawn with a weight; leaves it as it is if its transition or its
+    /// parent isn't there.
+    void fade(PlacedChunk& chunk, float weight) const;
     /// Forgets chunks; those that aren't there are passed over.
     void remove(std::span<const voxels::ChunkKey> keys);
     void clear();
@@ -56,13 +71,22 @@ public:
 private:
     VoxelStore(gpu::Device& device, gpu::Buffer buffer, gpu::SlabPool pool);
     core::Result<void> check(std::span<const voxels::Chunk> chunks) const;
-    core::Result<std::vector<gpu::SlabPool::Range>> makeRoom(std::span<const voxels::Chunk> chunks);
+    [[nodiscard]] core::Result<void> check(std::span<const VoxelTransition> transitions) const;
+    /// Ranges of so many bytes each.
+    core::Result<std::vector<gpu::SlabPool::Range>> makeRoom(std::span<const std::size_t> bytes);
     core::Result<void> recycle();
 
     struct StoredChunk {
         gpu::SlabPool::Range range; ///< [kPoolUnit bytes]
         PlacedChunk placed;
+        std::optional<gpu::SlabPool::Range> transition;
+        std::uint32_t redundant = 0; ///< nodes of it
     };
+    /// Finds room for all of them and copies them there, or on failure none.
+    template <typename T>
+    core::Result<std::vector<gpu::SlabPool::Range>> upload(std::span<const T> parts);
+    void retire(const StoredChunk& chunk);
+
     struct Retired {
         gpu::Device::Ticket ticket = 0;
         gpu::SlabPool::Range range;

@@ -109,6 +109,11 @@ public:
     ///         draw voxels
     /// Blocks only if the pool is so full that it must wait for frames in flight.
     core::Result<std::uint64_t> addChunks(std::span<const voxels::Chunk> chunks);
+    /// Brings what is needed to draw chunks on their way between levels, all or on failure none;
+    /// their chunks must be there. Removed together with them. Returns how many bytes that took.
+    /// @return resourceLimit if they don't fit into the pool; usage if one is there already, or its
+    ///         chunk isn't; badData if it doesn't fit the chunk's voxels
+    core::Result<std::uint64_t> addTransitions(std::span<const VoxelTransition> transitions);
     /// Forgets chunks. Those that aren't there are passed over.
     void removeChunks(std::span<const voxels::ChunkKey> keys);
 

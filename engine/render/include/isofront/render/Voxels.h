@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/voxels/Chunk.h>
+#include <isofront/voxels/LevelTransition.h>
 #include <isofront/voxels/Voxelization.h>
 
 #include <cstdint>
@@ -22,6 +23,16 @@ struct VoxelDraw {
     voxels::ChunkKey key;
     /// Nothing of it is shown: it is only found out whether its box is hidden by what is.
     bool occlusionOnly = false;
+    /// 1: it looks like itself. Less, on the way to how its parent looks at 0: see
+    /// voxels::transitionWeight. That takes its transition and the parent chunk, which both must
+    /// have been added; without them, it looks like itself.
+    float weight = 1;
+};
+
+/// What it takes to draw a chunk on the way from its parent.
+struct VoxelTransition {
+    voxels::ChunkKey key;
+    voxels::TransitionNodes nodes;
 };
 
 /// What is shown of a voxel model in one frame.
@@ -35,8 +46,9 @@ struct VoxelScene {
 /// What a pixel shows of a voxel model.
 struct ShownVoxel {
     voxels::ChunkKey chunk;
-    std::uint32_t voxel = 0; ///< its index in the chunk
-    bool isThere = false;    ///< false: a mesh or the background
+    /// Its index in the chunk; from the number of its voxels on, that of a redundant node.
+    std::uint32_t voxel = 0;
+    bool isThere = false; ///< false: a mesh or the background
 
     friend bool operator==(const ShownVoxel&, const ShownVoxel&) = default;
 };
@@ -51,7 +63,7 @@ struct ChunkSight {
 
 /// What a frame's voxels were.
 struct VoxelStats {
-    std::uint64_t voxels = 0;        ///< in the chunks drawn
+    std::uint64_t voxels = 0;        ///< in the chunks drawn, redundant nodes included
     std::uint64_t splatted = 0;      ///< of these, drawn by compute shaders
     std::size_t chunksDrawn = 0;     ///< in the view pyramid, and shown
     std::size_t chunksCulled = 0;    ///< outside the view pyramid
