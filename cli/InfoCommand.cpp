@@ -1,6 +1,7 @@
 #include "Arguments.h"
 #include "Console.h"
 #include "ModelReports.h"
+#include "RayQuery.h"
 #include "SourceArguments.h"
 
 #include <isofront/exchange/ModelFile.h>
@@ -15,6 +16,7 @@
 #include <filesystem>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,8 @@ struct InfoArguments {
     std::string source;
     SourceArguments input;
     bool check = false;
+    std::string ray;            ///< empty: none
+    std::uint32_t rayLevel = 0; ///< of detail
     bool json = false;
     bool quiet = false;
 };
@@ -293,6 +297,18 @@ int infoOfStore(const InfoArguments& arguments)
         if (interruptions().stop_requested())
             return report({core::ErrorCode::interrupted, "interrupted"});
     }
+    voxels::Ray ray;
+    std::optional<voxels::VoxelHit> hit;
+    if (!arguments.ray.empty()) {
+        const auto parsed = parseRay(arguments.ray);
+        if (!parsed)
+            return report(parsed.error());
+        ray = *parsed;
+        const auto cast = castRay(**store, ray, arguments.rayLevel);
+        if (!cast)
+            return report(cast.error());
+        hit = *cast;
+    }
     const std::uint64_t bytes = bytesOnDisk(arguments.source);
     const bool isFolder = std::filesystem::is_directory(arguments.source);
 
@@ -309,6 +325,8 @@ int infoOfStore(const InfoArguments& arguments)
             json["model"]["voxels_by_level"] = checked.voxels;
             json["model"]["damaged"] = checked.damaged;
         }
+        if (!arguments.ray.empty())
+            json["hit"] = hitJson(hit, ray);
         print(json);
     } else {
         std::printf(
@@ -336,6 +354,8 @@ int infoOfStore(const InfoArguments& arguments)
                 grouped(chunks[level]).c_str(),
                 arguments.check ? (", " + grouped(checked.voxels[level]) + " voxels").c_str() : "");
         std::printf("  on disk      %s bytes\n", grouped(bytes).c_str());
+        if (!arguments.ray.empty())
+            std::printf("  ray          %s\n", hitText(hit, ray).c_str());
         for (const std::string& damage : checked.damaged)
             std::printf("  damaged      %s\n", damage.c_str());
     }
@@ -359,6 +379,10 @@ int info(const InfoArguments& arguments)
         return report(
             {core::ErrorCode::usage,
              "--check is for voxel models, and " + arguments.source + " is none"});
+    if (!arguments.ray.empty() && !isStore)
+        return report(
+            {core::ErrorCode::usage,
+             "--ray is for voxel models, and " + arguments.source + " is none"});
     if (isStore)
         return infoOfStore(arguments);
     if (exchange::isModelName(arguments.source))
@@ -415,6 +439,11 @@ Action addInfo(CLI::App& app)
     addSourceArguments(*command, arguments->input);
     command->add_flag(
         "--check", arguments->check, "read all chunks of a voxel model, and name damaged ones");
+    CLI::Option* const ray = command->add_option(
+        "--ray", arguments->ray, "X,Y,Z,DX,DY,DZ: the first voxel of a voxel model on this ray");
+    command->add_option("--ray-level", arguments->rayLevel, "the level of detail that --ray meets")
+        ->capture_default_str()
+        ->needs(ray);
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "as in the other commands; info is quiet");
     return [arguments] { return info(*arguments); };

@@ -307,5 +307,37 @@ TEST_F(ModelsCommand, sayWhichOptionsOfVoxelizeAreForWhat)
     EXPECT_EQ(json("info none.voxels --check")["model"]["chunks"], 0);
 }
 
+TEST_F(ModelsCommand, tellTheFirstVoxelOnARay)
+{
+    write("four.obj", kTetrahedron);
+    const Json made = json("voxelize four.obj --resolution 300 -o four.voxels");
+    const double edge = made["model"]["voxel_edge"];
+    // up from below, at both levels: a coarser voxel is met where a finer one is, or before
+    const std::string ray = " --ray 0.21,0.31,-5,0,0,2";
+    const Json fine = json("info four.voxels" + ray)["hit"];
+    const Json coarse = json("info four.voxels --ray-level 1" + ray)["hit"];
+    EXPECT_EQ(fine["face"], "-z");
+    EXPECT_EQ(fine["level"], 0);
+    EXPECT_EQ(coarse["level"], 1);
+    // the lattice begins a quarter of a voxel before the mesh
+    EXPECT_NEAR(fine["distance"].get<double>(), 5 - 0.25 * edge, 1e-6 * edge);
+    EXPECT_NEAR(fine["point"][2].get<double>(), -0.25 * edge, 1e-6 * edge);
+    EXPECT_LT(fine["normal"][2].get<double>(), -0.99);
+    EXPECT_TRUE(fine["colour"].is_null());
+    EXPECT_LE(coarse["distance"].get<double>(), fine["distance"].get<double>());
+    for (std::size_t axis = 0; axis < 2; ++axis)
+        EXPECT_EQ(coarse["voxel"][axis], fine["voxel"][axis].get<int>() / 2);
+    EXPECT_TRUE(json("info four.voxels --ray 0,0,1e6,0,0,1")["hit"].is_null());
+    EXPECT_NE(run("info four.voxels" + ray).output.find("face -z"), std::string::npos);
+    for (const char* wrong :
+         {"four.voxels --ray 1,2,3",
+          "four.voxels --ray 0,0,0,0,0,0",
+          "four.voxels --ray 1,2,3,4,5,x",
+          "four.voxels --ray 0,0,9,0,0,1 --ray-level 2",
+          "four.voxels --ray-level 1",
+          "four.obj --ray 0,0,9,0,0,1"})
+        EXPECT_EQ(run(std::string("info ") + wrong).exitCode, 2) << wrong;
+}
+
 } // namespace
 } // namespace isofront::cli
