@@ -191,7 +191,7 @@ TEST(Refinement, keepsThePictureAndLeavesTheRestCoarserIfAskedTo)
     auto generator = tests::random(52);
     Refinement turning(Domain{}, criterion, {.maxLevel = 24, .hysteresis = 1, .offScreen = 0.25});
     glm::dvec3 eye(0.4, 0.4, 0.4);
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < tests::trials(8); ++i) {
         eye += 0.02 * glm::dvec3(
                           tests::uniform(generator, -1, 1),
                           tests::uniform(generator, -1, 1),

@@ -1,4 +1,5 @@
 #include "../FieldChecks.h"
+#include "support/Random.h"
 
 #include <isofront/fields/Combine.h>
 #include <isofront/fields/Graph.h>
@@ -84,7 +85,7 @@ TEST(GraphGrid, givesWhatSinglePointsGive)
                     {.origin = {0.3, -5.1, 7.7},
                      .spacing = spacing,
                      .first = {-150, 3, -4},
-                     .count = {291, 19, 9},
+                     .count = {291, tests::trials(19), tests::trials(9)},
                      .radius = radius},
                     shared.name + std::to_string(spacing));
             expectTheSameOnAGrid(
