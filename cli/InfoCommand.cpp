@@ -234,14 +234,17 @@ int infoOfMesh(const InfoArguments& arguments)
     std::printf("%s: mesh\n", arguments.source.c_str());
     std::printf("  vertices     %s\n", grouped(model->positions.size()).c_str());
     std::printf("  triangles    %s\n", grouped(found.triangles).c_str());
-    std::printf("  colours      %s\n", model->colours.empty() ? "none" : "of vertices");
+    std::printf("  colours      %s\n", model->isColoured() ? "yes" : "none");
+    if (!model->textures.empty())
+        std::printf("  textures     %zu\n", model->textures.size());
     if (!found.bounds.isEmpty())
         std::printf(
             "  world box    %s to %s\n",
             textOf(found.bounds.low).c_str(),
             textOf(found.bounds.high).c_str());
-    for (const std::string& note : found.notes())
-        std::printf("  note         %s\n", note.c_str());
+    for (const std::vector<std::string>& notes : {model->notes, found.notes()})
+        for (const std::string& note : notes)
+            std::printf("  note         %s\n", note.c_str());
     return 0;
 }
 
@@ -434,8 +437,8 @@ Action addInfo(CLI::App& app)
         "info", "Tell what a source holds; 'info proc:' lists procedural sources");
     CLI::Option* const source = addSource(*command, arguments->source)->required();
     source->description(
-        source->get_description() +
-        ";\nor a mesh: .ply .obj .stl, gzipped or not; or a voxel model that 'voxelize' wrote");
+        source->get_description() + ";\nor a mesh: .glb .gltf .ply .obj .stl, gzipped or not; or a "
+                                    "voxel model that 'voxelize' wrote");
     addSourceArguments(*command, arguments->input);
     command->add_flag(
         "--check", arguments->check, "read all chunks of a voxel model, and name damaged ones");

@@ -1,6 +1,10 @@
 #include "ModelReports.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string>
 #include <system_error>
+#include <vector>
 
 namespace isofront::cli {
 
@@ -19,14 +23,17 @@ Json meshJson(const voxels::TriangleModel& model, const voxels::ModelReport& rep
     Json json;
     json["vertices"] = model.positions.size();
     json["triangles"] = report.triangles;
-    json["coloured"] = !model.colours.empty();
+    json["coloured"] = model.isColoured();
+    json["textures"] = model.textures.size();
     json["out_of_range"] = report.outOfRange;
     json["not_finite"] = report.notFinite;
     json["degenerate"] = report.degenerate;
     json["open_edges"] = report.openEdges;
     json["non_manifold_edges"] = report.nonManifoldEdges;
     json["turned_edges"] = report.turnedEdges;
-    json["notes"] = report.notes();
+    std::vector<std::string> notes = model.notes;
+    std::ranges::copy(report.notes(), std::back_inserter(notes));
+    json["notes"] = notes;
     return json;
 }
 

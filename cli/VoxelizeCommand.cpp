@@ -12,10 +12,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -66,6 +68,7 @@ struct VoxelSource {
     Voxelizing voxelize;
     std::string name; ///< kept with the model
     bool coloured = false;
+    std::vector<std::string> notes = {}; ///< on what is missed of it
     /// Its part of the JSON object, and the key that it has there.
     std::string key;
     std::function<Json(const voxels::VoxelizationReport&)> describe;
@@ -89,7 +92,8 @@ core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const Sou
     VoxelSource source;
     source.voxelize = [model](auto&&... passed) { return voxels::voxelize(*model, passed...); };
     source.name = std::filesystem::path(arguments.source).filename().string();
-    source.coloured = !model->colours.empty();
+    source.coloured = model->isColoured();
+    source.notes = model->notes;
     source.key = "mesh";
     source.describe = [model](const voxels::VoxelizationReport& report) {
         return meshJson(*model, report.model);
@@ -169,8 +173,8 @@ core::Result<VoxelSource> openVoxelSource(
         return openField(arguments, options, say);
     return core::failure(
         ErrorCode::usage,
-        name + ": neither a mesh, .ply, .obj or .stl, gzipped or not, nor a volume, an elevation "
-               "raster or proc:NAME");
+        name + ": neither a mesh, .glb .gltf .ply .obj or .stl, gzipped or not, nor a volume, an "
+               "elevation raster or proc:NAME");
 }
 
 /// Refuses, before any work, what writing would end in.
@@ -242,7 +246,8 @@ int voxelize(const VoxelizeArguments& arguments)
         return report(*failed);
     progress.finish();
 
-    std::vector<std::string> warnings = made->model.notes();
+    std::vector<std::string> warnings = source->notes;
+    std::ranges::copy(made->model.notes(), std::back_inserter(warnings));
     if (made->voxels == 0)
         warnings.emplace_back(
             source->key == "mesh"
@@ -298,8 +303,8 @@ Action addVoxelize(CLI::App& app)
     addSource(*command, arguments->source)
         ->required()
         ->description(
-            "a mesh: .ply .obj .stl, gzipped or not; or what 'extract' takes: a volume, an "
-            "elevation raster or proc:NAME[?key=value&...]");
+            "a mesh: .glb .gltf .ply .obj .stl, gzipped or not; or what 'extract' takes: a volume, "
+            "an elevation raster or proc:NAME[?key=value&...]");
     command
         ->add_option(
             "-o,--output", arguments->output, "model to write: a file, or with --format a folder")

@@ -2,10 +2,12 @@
 
 #include "Crosshair.h"
 #include "LinearColour.h"
+#include "PlaceSort.h"
 #include "TriangleSlices.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace isofront::voxels {
 
@@ -15,6 +17,69 @@ namespace {
 constexpr std::uint32_t kKept = 1U << 31U;
 /// The weight of a triangle that only touches a cube: it decides nothing where there is any area.
 constexpr float kTrace = 1e-12F;
+
+/// How a triangle is coloured: by the colours of its corners and by its texture.
+class TrianglePaint {
+public:
+    /// @param u, v  from the first corner to the others [voxels]
+    TrianglePaint(
+        const LatticeModel& model, std::uint32_t index, const glm::dvec3& u, const glm::dvec3& v)
+        : _u(u), _v(v), _uu(glm::dot(u, u)), _uv(glm::dot(u, v)), _vv(glm::dot(v, v)),
+          _gram(_uu * _vv - _uv * _uv)
+    {
+        const TriangleModel& triangles = model.model;
+        if (!model.colours.empty())
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                _colours[corner] = model.colours[triangles.triangles[index][corner]];
+        if (triangles.textureOf.empty() || triangles.textureOf[index] == kNoTexture)
+            return;
+        _texture = &model.textures[triangles.textureOf[index]];
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            _places[corner] = glm::dvec2(triangles.textureCorners[index][corner]);
+        const glm::dvec2 s = _places[1] - _places[0];
+        const glm::dvec2 t = _places[2] - _places[0];
+        const double ratio = _gram > 0 ? std::abs(s.x * t.y - s.y * t.x) / std::sqrt(_gram) : 0;
+        _pixelsPerArea = std::isfinite(ratio) ? ratio * _texture->pixels() : 0;
+    }
+
+    /// The colour of a piece; linear, weighted by opacity.
+    /// @param offset  of its centroid from the first corner [voxels]
+    [[nodiscard]] std::array<float, 4> at(const glm::dvec3& offset, double area) const
+    {
+        // barycentric coordinates of the centroid: colours are linear in a triangle
+        const double du = glm::dot(offset, _u);
+        const double dv = glm::dot(offset, _v);
+        const double second = _gram > 0 ? std::clamp((_vv * du - _uv * dv) / _gram, 0.0, 1.0) : 0;
+        const double third =
+            _gram > 0 ? std::clamp((_uu * dv - _uv * du) / _gram, 0.0, 1.0 - second) : 0;
+        const auto b = static_cast<float>(second);
+        const auto c = static_cast<float>(third);
+        const float a = 1 - b - c;
+        std::array<float, 4> colour{};
+        for (std::size_t i = 0; i < 4; ++i)
+            colour[i] = a * _colours[0][i] + b * _colours[1][i] + c * _colours[2][i];
+        if (_texture == nullptr)
+            return colour;
+        const glm::dvec2 place =
+            (1 - second - third) * _places[0] + second * _places[1] + third * _places[2];
+        const std::array<float, 4> pixel = _texture->at(place, area * _pixelsPerArea);
+        for (std::size_t i = 0; i < 4; ++i)
+            colour[i] *= pixel[i];
+        return colour;
+    }
+
+private:
+    glm::dvec3 _u;
+    glm::dvec3 _v;
+    double _uu;
+    double _uv;
+    double _vv;
+    double _gram;
+    std::array<std::array<float, 4>, 3> _colours{{{1, 1, 1, 1}, {1, 1, 1, 1}, {1, 1, 1, 1}}};
+    const MipMap* _texture = nullptr;
+    std::array<glm::dvec2, 3> _places{};
+    double _pixelsPerArea = 0; ///< of the texture, in a voxel's face
+};
 
 } // namespace
 
@@ -29,7 +94,7 @@ LatticeTriangle LatticeModel::triangle(std::uint32_t index) const
 
 LatticeModel onLattice(const TriangleModel& model, const VoxelLattice& lattice)
 {
-    LatticeModel result{model, lattice, {}, {}};
+    LatticeModel result{model, lattice, {}, {}, {}};
     const double scale = static_cast<double>(kSteps) / lattice.edge;
     result.points.reserve(model.positions.size());
     for (const glm::dvec3& position : model.positions) {
@@ -42,16 +107,19 @@ LatticeModel onLattice(const TriangleModel& model, const VoxelLattice& lattice)
         }
         result.points.push_back(point);
     }
-    const std::array<float, 256> linearOf = linearOfCodes();
+    const std::array<float, 256> linear = linearOfCodes();
     result.colours.reserve(model.colours.size());
     for (const std::uint32_t colour : model.colours) {
         const float opacity = static_cast<float>(colour >> 24U) / 255.0F;
         result.colours.push_back(
-            {opacity * linearOf[colour & 0xffU],
-             opacity * linearOf[colour >> 8U & 0xffU],
-             opacity * linearOf[colour >> 16U & 0xffU],
+            {opacity * linear[colour & 0xffU],
+             opacity * linear[colour >> 8U & 0xffU],
+             opacity * linear[colour >> 16U & 0xffU],
              opacity});
     }
+    result.textures.reserve(model.textures.size());
+    for (const Texture& texture : model.textures)
+        result.textures.emplace_back(texture);
     return result;
 }
 
@@ -74,13 +142,9 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
             corners[corner][axis] =
                 static_cast<double>(triangle[corner][axis] - within.low[axis] * kSteps) /
                 static_cast<double>(kSteps);
-    const auto& indices = model.model.triangles[index];
-    const glm::dvec3 u = corners[1] - corners[0];
-    const glm::dvec3 v = corners[2] - corners[0];
-    const double uu = glm::dot(u, u);
-    const double uv = glm::dot(u, v);
-    const double vv = glm::dot(v, v);
-    const double gram = uu * vv - uv * uv;
+    std::optional<TrianglePaint> paint;
+    if (model.model.isColoured())
+        paint.emplace(model, index, corners[1] - corners[0], corners[2] - corners[0]);
 
     constexpr auto kEdge = static_cast<std::int64_t>(kChunkEdge);
     const VoxelRange own{{0, 0, 0}, {kEdge, kEdge, kEdge}};
@@ -93,29 +157,17 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
             part.area = weight;
             for (std::size_t axis = 0; axis < 3; ++axis)
                 part.normal[axis] = counted * direction[axis];
-            const std::array<std::uint32_t, 3> place{
-                static_cast<std::uint32_t>(x),
-                static_cast<std::uint32_t>(y),
-                static_cast<std::uint32_t>(z)};
-            if (model.colours.empty()) {
-                addPart(place, part);
-                return;
+            if (paint) {
+                const std::array<float, 4> colour =
+                    paint->at(mass.centroid - corners[0], mass.area);
+                for (std::size_t i = 0; i < 4; ++i)
+                    part.colour[i] = counted * colour[i];
             }
-            // barycentric coordinates of the centroid: colours are linear in a triangle
-            const glm::dvec3 offset = mass.centroid - corners[0];
-            const double du = glm::dot(offset, u);
-            const double dv = glm::dot(offset, v);
-            const double second = gram > 0 ? std::clamp((vv * du - uv * dv) / gram, 0.0, 1.0) : 0;
-            const double third =
-                gram > 0 ? std::clamp((uu * dv - uv * du) / gram, 0.0, 1.0 - second) : 0;
-            const auto b = static_cast<float>(second);
-            const auto c = static_cast<float>(third);
-            const float a = 1 - b - c;
-            for (std::size_t i = 0; i < 4; ++i)
-                part.colour[i] =
-                    counted * (a * model.colours[indices[0]][i] + b * model.colours[indices[1]][i] +
-                               c * model.colours[indices[2]][i]);
-            addPart(place, part);
+            addPart(
+                {static_cast<std::uint32_t>(x),
+                 static_cast<std::uint32_t>(y),
+                 static_cast<std::uint32_t>(z)},
+                part);
         });
 }
 
@@ -213,14 +265,18 @@ VoxelList Rasteriser::run(
     }
 
     touched += _grid.voxels().size();
+    const std::span<const WeightedVoxel> made = _grid.voxels();
+    _keys.clear();
+    for (std::size_t i = 0; i < made.size(); ++i)
+        if (separability != Separability::six || (made[i].place & kKept) != 0)
+            _keys.push_back(static_cast<std::uint64_t>(made[i].order()) << 32U | i);
+    sortByPlace(_keys, _sorted);
     VoxelList list;
-    for (WeightedVoxel voxel : _grid.voxels()) {
-        if (separability == Separability::six && (voxel.place & kKept) == 0)
-            continue;
-        voxel.place &= ~kKept;
-        list.voxels.push_back(voxel);
+    list.voxels.reserve(_keys.size());
+    for (const std::uint64_t key : _keys) {
+        list.voxels.push_back(made[key & 0xffffffffU]);
+        list.voxels.back().place &= ~kKept;
     }
-    std::ranges::sort(list.voxels, {}, &WeightedVoxel::order);
     addFaces(model, triangles, within, list);
     return list;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "LatticeTriangle.h"
+#include "MipMap.h"
 #include "VoxelGrid.h"
 
 #include <isofront/voxels/TriangleModel.h>
@@ -17,6 +18,7 @@ struct LatticeModel {
     VoxelLattice lattice;
     std::vector<std::array<std::int32_t, 3>> points; ///< of the model's positions [steps]
     std::vector<std::array<float, 4>> colours;       ///< linear, weighted by opacity; or none
+    std::vector<MipMap> textures;
 
     [[nodiscard]] LatticeTriangle triangle(std::uint32_t index) const;
 };
@@ -49,6 +51,8 @@ private:
         VoxelList& list);
 
     VoxelGrid _grid;
+    std::vector<std::uint64_t> _keys; ///< for sorting, as in PlaceSort.h
+    std::vector<std::uint64_t> _sorted;
     /// While faces are added: those of the voxels that get them, by their order.
     std::unordered_map<std::uint32_t, WeightedFaces*> _facesOf;
 };

@@ -1,5 +1,7 @@
 #include "Reduction.h"
 
+#include "PlaceSort.h"
+
 #include <isofront/voxels/Chunk.h>
 
 #include <span>
@@ -18,22 +20,6 @@ std::uint32_t placeInParent(std::uint32_t place, std::uint32_t child)
         voxel.y() / 2 + (child >> 1U & 1U) * kHalf,
         voxel.z() / 2 + (child >> 2U) * kHalf,
         voxel.faces());
-}
-
-/// Sorts by 24 bits above the lowest 32, keeping the order of equals.
-void sortByPlace(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& other)
-{
-    other.resize(keys.size());
-    for (unsigned shift = 32; shift < 56; shift += 8) {
-        std::array<std::size_t, 257> begin{};
-        for (const std::uint64_t key : keys)
-            ++begin[(key >> shift & 0xffU) + 1];
-        for (std::size_t i = 1; i < begin.size(); ++i)
-            begin[i] += begin[i - 1];
-        for (const std::uint64_t key : keys)
-            other[begin[key >> shift & 0xffU]++] = key;
-        keys.swap(other);
-    }
 }
 
 bool hasNormal(const WeightedVoxel& voxel)

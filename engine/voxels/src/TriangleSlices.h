@@ -21,6 +21,20 @@ struct Piece {
     std::size_t count = 0;
     bool touching = false; ///< its area, if it has any, counts in the next voxel
 
+    Piece() = default;
+    ~Piece() = default;
+    /// Copies the corners that there are: most pieces have few.
+    Piece(const Piece& other) { *this = other; }
+    Piece& operator=(const Piece& other)
+    {
+        if (this != &other) {
+            count = other.count;
+            touching = other.touching;
+            std::copy_n(other.corners.begin(), count, corners.begin());
+        }
+        return *this;
+    }
+
     void add(const glm::dvec3& corner)
     {
         if (count < kMost)

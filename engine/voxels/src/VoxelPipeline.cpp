@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -43,6 +44,29 @@ private:
     std::optional<core::Error> _error;
 };
 
+/// Processor time of all threads that share in some work.
+class WorkTime {
+public:
+    /// Adds what a piece of work takes.
+    template <typename Work>
+    void measure(const Work& work)
+    {
+        const std::int64_t start = now();
+        work();
+        _nanoseconds += now() - start;
+    }
+    [[nodiscard]] double seconds() const { return 1e-9 * static_cast<double>(_nanoseconds); }
+
+private:
+    static std::int64_t now()
+    {
+        timespec time{};
+        ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+        return std::int64_t{1'000'000'000} * time.tv_sec + time.tv_nsec;
+    }
+    std::atomic<std::int64_t> _nanoseconds = 0;
+};
+
 /// All passes over one model.
 class Pipeline {
 public:
@@ -73,6 +97,8 @@ public:
             return tl::unexpected(*failed);
         if (_progress)
             _progress(1);
+        _report.makeSeconds = _makeTime.seconds();
+        _report.reduceSeconds = _reduceTime.seconds();
         return _report;
     }
 
@@ -119,7 +145,7 @@ private:
             spaces.with([&](RasterSpace& space) {
                 space.list.voxels.clear();
                 space.list.faces.clear();
-                _source.make(tasks[i].place, space.list);
+                _makeTime.measure([&] { _source.make(tasks[i].place, space.list); });
                 auto kept = keep(tasks[i].place, space.list, space.empty);
                 if (kept)
                     chunks[i] = *kept;
@@ -222,7 +248,7 @@ private:
                 return failed;
             parts[which] = &children[which];
         }
-        list = reduced(parts, _reduction);
+        _reduceTime.measure([&] { list = reduced(parts, _reduction); });
         return put(stored(key, list, _source.isColoured()));
     }
 
@@ -261,8 +287,9 @@ private:
                     children[(k.x & 1U) | (k.y & 1U) << 1U | (k.z & 1U) << 2U] = &below[child].list;
                 }
                 here[i].key = below[first[i]].key.parent();
-                _spaces.with(
-                    [&](MaskSpace& space) { here[i].list = reduced(children, space.reduction); });
+                _spaces.with([&](MaskSpace& space) {
+                    _reduceTime.measure([&] { here[i].list = reduced(children, space.reduction); });
+                });
                 here[i].chunk = stored(here[i].key, here[i].list, coloured);
             });
         }
@@ -370,6 +397,8 @@ private:
     Pool<MaskSpace> _spaces;
     ReductionScratch _reduction;
     std::uint64_t _finished = 0;
+    WorkTime _makeTime;
+    WorkTime _reduceTime;
 };
 
 } // namespace

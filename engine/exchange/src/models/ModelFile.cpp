@@ -23,12 +23,15 @@ std::string formatOf(std::filesystem::path path)
     return small(path.extension().string());
 }
 
-using Reader = core::Result<voxels::TriangleModel> (*)(std::span<const std::byte>);
+using Reader =
+    core::Result<voxels::TriangleModel> (*)(std::span<const std::byte>, const ModelContext&);
 
 /// What reads a format; null if nothing does.
 Reader readerOf(const std::filesystem::path& path)
 {
     const std::string format = formatOf(path);
+    if (format == ".glb" || format == ".gltf")
+        return readGltf;
     return format == ".ply"   ? readPly
            : format == ".stl" ? readStl
            : format == ".obj" ? readObj
@@ -49,13 +52,14 @@ readModel(const std::filesystem::path& path, std::uint64_t mostBytes)
     if (reader == nullptr)
         return core::failure(
             core::ErrorCode::usage,
-            path.string() + ": meshes are read from .ply, .stl and .obj files, gzipped or not");
+            path.string() +
+                ": meshes are read from .glb, .gltf, .ply, .obj and .stl files, gzipped or not");
     if (auto readable = raster::checkReadable(path); !readable)
         return tl::unexpected(readable.error().within(path.string()));
     const auto bytes = raster::readFileBytes(path, mostBytes, core::ErrorCode::resourceLimit);
     if (!bytes)
         return tl::unexpected(bytes.error().within(path.string()));
-    auto model = reader(*bytes);
+    auto model = reader(*bytes, {path.parent_path(), mostBytes});
     if (!model)
         return tl::unexpected(model.error().within(path.string()));
     return model;

@@ -365,7 +365,7 @@ private:
 
 } // namespace
 
-core::Result<voxels::TriangleModel> readPly(std::span<const std::byte> bytes)
+core::Result<voxels::TriangleModel> readPly(std::span<const std::byte> bytes, const ModelContext&)
 {
     TextScanner text(bytes);
     const auto header = readHeader(text);

@@ -120,7 +120,7 @@ core::Result<voxels::TriangleModel> readText(std::span<const std::byte> bytes)
 
 } // namespace
 
-core::Result<voxels::TriangleModel> readStl(std::span<const std::byte> bytes)
+core::Result<voxels::TriangleModel> readStl(std::span<const std::byte> bytes, const ModelContext&)
 {
     // binary files may begin with 'solid', too: their length tells
     if (bytes.size() >= kHeader) {

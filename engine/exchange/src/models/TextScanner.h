@@ -1,11 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
+#include <cstdlib>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace isofront::exchange {
 
@@ -24,7 +28,7 @@ public:
             return false;
         const std::size_t end = std::min(_text.find('\n', _next), _text.size());
         _rest = _text.substr(_next, end - _next);
-        _next = end + 1;
+        _next = std::min(end + 1, _text.size()); // the last line may have no end
         ++_line;
         return true;
     }
@@ -41,6 +45,15 @@ public:
         _rest.remove_prefix(length);
         return word;
     }
+    /// What is left of the line, without blanks around: for names that may have some within.
+    std::string_view rest()
+    {
+        const std::size_t begin = std::min(_rest.find_first_not_of(" \t\r"), _rest.size());
+        const std::size_t end = _rest.find_last_not_of(" \t\r") + 1; // 0 where there is none
+        const std::string_view rest = begin < end ? _rest.substr(begin, end - begin) : "";
+        _rest = {};
+        return rest;
+    }
     /// The next word as a number; nothing if it isn't one. Infinite and undefined ones are numbers.
     template <typename T>
     std::optional<T> number()
@@ -54,10 +67,9 @@ public:
             word.remove_prefix(1);
         T value{};
         const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-        // too large or too small for the type is rounded as far as it goes
         if (error == std::errc::invalid_argument || end != word.data() + word.size())
             return std::nullopt;
-        return value;
+        return error == std::errc::result_out_of_range ? nearest<T>(word) : value;
     }
 
     [[nodiscard]] std::size_t line() const { return _line; }
@@ -70,6 +82,17 @@ public:
     }
 
 private:
+    /// What comes nearest to a number that its type can't hold: the largest, or nothing at all.
+    template <typename T>
+    static T nearest(std::string_view word)
+    {
+        if constexpr (std::is_floating_point_v<T>)
+            return static_cast<T>(std::strtod(std::string(word).c_str(), nullptr));
+        else
+            return word.front() == '-' ? std::numeric_limits<T>::min()
+                                       : std::numeric_limits<T>::max();
+    }
+
     std::string_view _text;
     std::string_view _rest;
     std::size_t _next = 0;

@@ -62,6 +62,8 @@ struct VoxelizationReport {
     std::uint64_t allVoxels = 0;    ///< of all levels
     std::uint64_t chunks = 0;       ///< of all levels
     std::uint64_t emptyRegions = 0; ///< parts of empty space that are closed off from outside
+    double rasterSeconds = 0; ///< processor time of turning triangles into voxels of level 0 [s]
+    double reduceSeconds = 0; ///< processor time of making coarser levels from finer ones [s]
 };
 
 /// Turns a mesh into surface voxels of all levels of detail, chunk by chunk.
