@@ -17,9 +17,9 @@ namespace {
 
 using tests::Cube;
 
-constexpr double kEdge = 64;
+constexpr double kEdge = 32;
 
-/// Voxels of edge 1 in the domain [0, 64]^3.
+/// Voxels of edge 1 in the domain [0, 32]^3.
 std::set<Cube> voxelsOfField(const fields::Field& field)
 {
     tests::KeptChunks kept;
@@ -61,7 +61,7 @@ std::set<Cube> voxelsOfMesh(const std::shared_ptr<const fields::Field>& field)
     }
     VoxelLattice lattice;
     lattice.edge = 1;
-    lattice.resolution = 64;
+    lattice.resolution = 32;
     std::uint64_t touched = 0;
     std::set<Cube> found;
     for (const WeightedVoxel& voxel :
@@ -92,12 +92,12 @@ std::size_t farFrom(const std::set<Cube>& some, const std::set<Cube>& others)
 
 TEST(FieldAndMesh, haveTheSameVoxelsToWithinOne)
 {
-    const glm::dvec3 centre(31.7, 32.2, 32.4);
+    const glm::dvec3 centre(15.7, 16.2, 16.4);
     for (const auto& field :
-         {fields::sphere(centre, 25), fields::torus(centre, 18, 7.5), fields::gyroid(23)}) {
+         {fields::sphere(centre, 12.5), fields::torus(centre, 9, 4.5), fields::gyroid(19)}) {
         const std::set<Cube> fromField = voxelsOfField(*field);
         const std::set<Cube> fromMesh = voxelsOfMesh(field);
-        ASSERT_GT(fromField.size(), 3000U);
+        ASSERT_GT(fromField.size(), 1000U);
         EXPECT_EQ(farFrom(fromField, fromMesh), 0U);
         EXPECT_EQ(farFrom(fromMesh, fromField), 0U);
         std::size_t shared = 0;

@@ -196,19 +196,19 @@ INSTANTIATE_TEST_SUITE_P(Shapes, FieldShapes, testing::Range(0, 4), nameOfShape)
 
 TEST(FieldVoxelization, isTheSameAcrossTheBordersOfChunks)
 {
-    // a bar over three chunks, once as a whole and once looked at everywhere
+    // a bar over two chunks, once as a whole and once looked at everywhere
     const auto gyroid = fields::gyroid(13.1);
-    const FieldVoxelizationSettings settings{.box = boxOf(530, 20, 18), .filterStrength = 0};
+    const FieldVoxelizationSettings settings{.box = boxOf(300, 14, 12), .filterStrength = 0};
     const auto made = make(*gyroid, settings);
-    EXPECT_EQ(made->report.lattice.levels, 3U);
-    EXPECT_EQ(made->report.chunks, 6U);
+    EXPECT_EQ(made->report.lattice.levels, 2U);
+    EXPECT_EQ(made->report.chunks, 3U);
     EXPECT_EQ(placesOf(made->kept), Brute(*gyroid, settings).voxels(false));
 }
 
 TEST(FieldVoxelization, gives6SeparatingAndConservativeVoxelsInTheNumbersThatAreKnown)
 {
     // a plane is met by max |n| times its area, and touched by |x| + |y| + |z| of its normal
-    const double radius = 50;
+    const double radius = 45;
     const auto ball = fields::sphere({0.1, 0.2, 0.3}, radius);
     double six = 0;
     double all = 0;
@@ -224,7 +224,7 @@ TEST(FieldVoxelization, gives6SeparatingAndConservativeVoxelsInTheNumbersThatAre
             all += (x + y + std::abs(z)) / (kSteps * kSteps);
         }
     const double area = 4 * std::numbers::pi * radius * radius;
-    FieldVoxelizationSettings settings{.box = boxOf(110, 110, 110)};
+    FieldVoxelizationSettings settings{.box = boxOf(100, 100, 100)};
     const auto separating = make(*ball, settings);
     EXPECT_NEAR(static_cast<double>(separating->report.voxels) / (six * area), 1, 0.005);
     settings.separability = Separability::conservative;
@@ -234,10 +234,10 @@ TEST(FieldVoxelization, gives6SeparatingAndConservativeVoxelsInTheNumbersThatAre
     for (const Cube& cube : placesOf(separating->kept))
         EXPECT_TRUE(more.contains(cube));
 
-    Flood flood(voxelsOf(separating->kept, 0), 110, false);
-    EXPECT_FALSE(flood.reaches({55, 55, 55}));
-    Flood diagonal(voxelsOf(conservative->kept, 0), 110, true);
-    EXPECT_FALSE(diagonal.reaches({55, 55, 55}));
+    Flood flood(voxelsOf(separating->kept, 0), 100, false);
+    EXPECT_FALSE(flood.reaches({50, 50, 50}));
+    Flood diagonal(voxelsOf(conservative->kept, 0), 100, true);
+    EXPECT_FALSE(diagonal.reaches({50, 50, 50}));
 }
 
 TEST(FieldVoxelization, weighsEachVoxelByItsArea)
@@ -262,7 +262,7 @@ TEST(FieldVoxelization, weighsEachVoxelByItsArea)
 
 TEST(FieldVoxelization, givesTheSameChunksInTheSameOrderOnAnyNumberOfThreads)
 {
-    const core::Box box = boxOf(270, 30, 264);
+    const core::Box box = boxOf(260, 16, 258);
     const auto field = fields::colouredByPlace(fields::gyroid(21), box);
     const FieldVoxelizationSettings settings{.box = box, .closed = true};
     const auto one = make(*field, settings, 1);
