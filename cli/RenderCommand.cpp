@@ -2,9 +2,11 @@
 #include "Console.h"
 #include "Pictures.h"
 #include "SourceArguments.h"
+#include "VoxelPicture.h"
 
 #include <isofront/core/Process.h>
 #include <isofront/exchange/Png.h>
+#include <isofront/voxels/ChunkStore.h>
 
 #include <nlohmann/json.hpp>
 
@@ -34,11 +36,46 @@ struct RenderArguments {
     bool closed = false;
     MeshOptions mesh;
     DetailOptions detail;
+    std::string up;
+    double voxelPixels = 1;
+    std::string way = "auto";
+    std::uint64_t cacheMib = 128;
     std::string device;
     std::size_t threads = 0;
     bool json = false;
     bool quiet = false;
 };
+
+/// The same for a model of voxels, which is drawn without a surface.
+int renderModel(const RenderArguments& arguments, const PictureSize& size)
+{
+    VoxelPictureRequest request{
+        .model = arguments.source,
+        .output = arguments.output,
+        .fov = arguments.fov,
+        .size = size,
+        .voxelPixels = arguments.voxelPixels,
+        .way = arguments.way,
+        .cacheBytes = arguments.cacheMib << 20U,
+        .device = arguments.device,
+        .threads = arguments.threads,
+        .json = arguments.json,
+        .quiet = arguments.quiet};
+    for (const auto& [text, point, name] :
+         {std::tuple{&arguments.eye, &request.eye, "--eye"},
+          std::tuple{&arguments.target, &request.target, "--target"},
+          std::tuple{&arguments.up, &request.up, "--up"}}) {
+        if (text->empty())
+            continue;
+        const auto parsed = parsePoint(*text, name);
+        if (!parsed)
+            return report(parsed.error());
+        *point = *parsed;
+    }
+    if (request.up == glm::dvec3(0.0))
+        return report({ErrorCode::usage, "--up 0,0,0: it must have a length"});
+    return renderVoxels(request);
+}
 
 int render(const RenderArguments& arguments)
 {
@@ -58,6 +95,8 @@ int render(const RenderArguments& arguments)
         return report({ErrorCode::usage, arguments.output + ": pictures are written as .png"});
     if (const auto folder = checkFolderOf(arguments.output); !folder)
         return report(folder.error());
+    if (voxels::isStore(arguments.source))
+        return renderModel(arguments, *size);
     if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
         return report(
             {ErrorCode::usage,
@@ -198,11 +237,31 @@ Action addRender(CLI::App& app)
         ->check(isovalues());
     command->add_option("--eye", arguments->eye, "X,Y,Z [world]; default: a good place");
     command->add_option("--target", arguments->target, "X,Y,Z to look at [world]");
+    command->add_option("--up", arguments->up, "voxel models: X,Y,Z away from the ground");
     command->add_option("--fov", arguments->fov, "vertical field of view [degrees]")
         ->check(within(1.0, 179.0))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "[px]")->capture_default_str();
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--voxel-pixels",
+            arguments->voxelPixels,
+            "voxel models: size of the largest voxel [px]")
+        ->check(within(0.05, 1000.0))
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--way",
+            arguments->way,
+            "voxel models: how voxels are drawn, as 'cubes', 'splats', or 'auto' by their size")
+        ->check(CLI::IsMember({"auto", "cubes", "splats"}))
+        ->capture_default_str();
+    command
+        ->add_option(
+            "--cache-mib", arguments->cacheMib, "voxel models: memory for voxels on the device")
+        ->check(CLI::Range(1, 4095))
         ->capture_default_str();
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
@@ -225,6 +284,7 @@ Action addRender(CLI::App& app)
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
     command->footer("Examples:\n"
                     "  isofront render head.nrrd --isovalue 300 -o bone.png\n"
+                    "  isofront render dragon.voxels -o dragon.png\n"
                     "  isofront render N44W072.hgt -o mountains.png\n"
                     "  isofront render 'proc:terrain?preset=islands&seed=4' -o islands.png");
     return [arguments] { return render(*arguments); };

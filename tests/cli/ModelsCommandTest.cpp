@@ -339,5 +339,28 @@ TEST_F(ModelsCommand, tellTheFirstVoxelOnARay)
         EXPECT_EQ(run(std::string("info ") + wrong).exitCode, 2) << wrong;
 }
 
+#ifdef ISOFRONT_WITH_VULKAN
+TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
+{
+    write("t.obj", kTetrahedron);
+    json("voxelize t.obj --resolution 300 -o t.voxels");
+    json("voxelize t.obj --resolution 300 --format folder -o t");
+    const Json fine = json("render t.voxels --size 320x240 -o fine.png");
+    const Json coarse = json("render t.voxels --size 320x240 --voxel-pixels 4 -o coarse.png");
+    EXPECT_EQ(fine["voxels_splatted"], fine["voxels_drawn"]);
+    EXPECT_GT(fine["voxels_drawn"], 3 * coarse["voxels_drawn"].get<std::uint64_t>());
+    EXPECT_GT(coarse["voxels_drawn"], 100);
+    EXPECT_EQ(fine["chunks_damaged"], 0);
+    EXPECT_EQ(fine["effective_voxel_pixels"], 1.0);
+    // The other kind of store gives the same picture.
+    json("render t --size 320x240 -o other.png");
+    EXPECT_EQ(contentsOf(folder / "fine.png"), contentsOf(folder / "other.png"));
+    const Json cubes = json("render t.voxels --size 320x240 --way cubes --up 0,0,1 -o cubes.png");
+    EXPECT_EQ(cubes["voxels_splatted"], 0);
+    for (const char* wrong : {"--way points", "--voxel-pixels 0", "--cache-mib 0", "--up 0,0,0"})
+        EXPECT_EQ(run(std::string("render t.voxels -o a.png ") + wrong).exitCode, 2) << wrong;
+}
+#endif
+
 } // namespace
 } // namespace isofront::cli

@@ -1,5 +1,4 @@
-#include "render/support/RenderFixture.h"
-#include "voxels/Models.h"
+#include "render/support/VoxelFixture.h"
 
 #include <isofront/voxels/VoxelRay.h>
 
@@ -16,13 +15,8 @@ namespace isofront::test {
 namespace {
 
 using render::ShownVoxel;
-using render::VoxelDraw;
-using render::VoxelWay;
-using voxels::Chunk;
-using voxels::ChunkKey;
 using voxels::packPlace;
 
-constexpr std::array kWays{VoxelWay::cubes, VoxelWay::splats};
 const hierarchy::Domain kDomain{.edge = 1024.0};
 
 /// A block of voxels of level 0 with outward normals and the faces that can be seen.
@@ -54,52 +48,8 @@ Chunk block(ChunkKey key, std::array<std::uint32_t, 3> low, std::array<std::uint
     return chunk;
 }
 
-class Voxels : public RenderFixture {
+class Voxels : public VoxelFixture {
 protected:
-    static render::RendererOptions options()
-    {
-        render::RendererOptions options = smallOptions();
-        options.voxelPoolBytes = 4U << 20U;
-        return options;
-    }
-
-    struct VoxelShot : Shot {
-        std::vector<ShownVoxel> voxels;
-        std::vector<render::ChunkSight> sight;
-    };
-    static VoxelShot shootVoxels(
-        render::Renderer& renderer,
-        const hierarchy::View& view,
-        const render::VoxelScene& shown,
-        const render::Scene& scene = {.look = render::Look::studio, .antialias = false})
-    {
-        VoxelShot shot;
-        const auto stats = renderer.draw(view, scene, shown);
-        EXPECT_TRUE(stats) << stats.error().message;
-        if (!stats)
-            return shot;
-        shot.stats = *stats;
-        shot.image = *renderer.readImage();
-        shot.depth = *renderer.readDepth();
-        shot.voxels = *renderer.readVoxels();
-        shot.sight = *renderer.readSight();
-        return shot;
-    }
-    static bool sees(const VoxelShot& shot, const ChunkKey& key)
-    {
-        for (const render::ChunkSight& sight : shot.sight) {
-            if (sight.chunk == key)
-                return sight.isVisible;
-        }
-        ADD_FAILURE() << "the chunk is not in the picture";
-        return false;
-    }
-    static void add(render::Renderer& renderer, std::span<const Chunk> chunks)
-    {
-        const auto bytes = renderer.addChunks(chunks);
-        ASSERT_TRUE(bytes) << bytes.error().message;
-    }
-
     /// Holds a picture against exactly cast rays. Where the rays a hundredth of a pixel around the
     /// middle don't agree, either of what they meet is right.
     /// @param oddShare  how many of the pixels may still show something else
@@ -159,42 +109,6 @@ protected:
         EXPECT_GT(clear, shown / 2) << what;
     }
 };
-
-/// A closed model with two levels of detail side by side.
-struct HillyModel {
-    std::unique_ptr<voxels::ChunkStore> store = voxels::memoryStore();
-    voxels::VoxelLattice lattice;
-
-    explicit HillyModel(std::uint32_t resolution, glm::dvec3 centre = glm::dvec3(0))
-    {
-        const auto jobs = core::makeJobs(core::JobsBackend::automatic);
-        tests::KeptChunks kept;
-        const auto report = voxels::voxelize(
-            tests::hillySphere(24, 1.0, 0.2, centre), {.resolution = resolution}, kept, *jobs);
-        EXPECT_TRUE(report) << report.error().message;
-        lattice = report->lattice;
-        for (auto& [key, chunk] : kept.chunks)
-            EXPECT_FALSE(store->put(std::move(chunk)));
-        EXPECT_FALSE(store->finish({.name = "hills", .lattice = lattice}));
-    }
-    [[nodiscard]] std::vector<Chunk> cut(std::uint32_t level) const
-    {
-        std::vector<Chunk> chunks;
-        for (const ChunkKey& key : store->keys()) {
-            if (key.level == level)
-                chunks.push_back(**store->get(key));
-        }
-        return chunks;
-    }
-};
-
-std::vector<VoxelDraw> drawsOf(std::span<const Chunk> chunks)
-{
-    std::vector<VoxelDraw> draws;
-    for (const Chunk& chunk : chunks)
-        draws.push_back({chunk.key});
-    return draws;
-}
 
 TEST_F(Voxels, showExactlyWhatRaysMeet)
 {

@@ -52,6 +52,8 @@ struct Slot {
     gpu::Commands commands;
     gpu::Timestamps timestamps;
     std::vector<const char*> passes; ///< that its last frame had
+    std::uint64_t streamed = 0;      ///< number of its streamed frame, until that is settled
+    bool hasVoxels = false;          ///< whether that frame shows or tests any
     gpu::Buffer frame;               ///< a shared::Frame
     gpu::Buffer cells;               ///< a shared::DrawnCell for each draw
     gpu::Buffer draws;               ///< a VkDrawIndexedIndirectCommand for each draw
@@ -105,6 +107,8 @@ core::Result<Slot> makeSlot(gpu::Device& device)
         .commands = std::move(*commands),
         .timestamps = std::move(*timestamps),
         .passes = {},
+        .streamed = 0,
+        .hasVoxels = false,
         .frame = std::move(*frame),
         .cells = {},
         .draws = {}};
@@ -151,9 +155,17 @@ struct Renderer::Parts {
     std::optional<Voxels> voxels;      ///< once there are some
     std::uint64_t voxelBytesSinceFrame = 0;
     std::optional<std::size_t> lastVoxels; ///< slot of the last picture, if that had voxels
+    std::vector<FrameSight> sights;        ///< that nobody has taken yet
+    std::uint64_t completedFrame = 0;      ///< number of a streamed frame
 
     /// Makes what voxels need, if it isn't there.
     core::Result<void> openVoxels();
+    /// Notes what the slot's streamed frame has shown, if it had one; the GPU is done with it.
+    void settle(std::size_t index);
+    /// The same for all slots that the GPU is done with.
+    core::Result<void> settleAll();
+    /// The chunks of a frame, wherever they come from.
+    core::Result<std::vector<PlacedChunk>> listChunks(const VoxelScene& shown) const;
     /// Readies the voxels of a frame. Returns what they are.
     core::Result<VoxelStats> prepareVoxels(
         std::size_t index,
@@ -243,7 +255,8 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .shadowBox = {},
         .sunlit = {},
         .voxels = {},
-        .lastVoxels = {}});
+        .lastVoxels = {},
+        .sights = {}});
     return std::unique_ptr<Renderer>(new Renderer(std::move(parts)));
 }
 
@@ -427,30 +440,116 @@ void Renderer::removeChunks(std::span<const voxels::ChunkKey> keys)
         _parts->voxels->store.remove(keys);
 }
 
-core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
-    std::size_t index, const hierarchy::View& view, const Scene& scene, const VoxelScene& shown)
+core::Result<std::uint64_t> Renderer::chunkCacheBytes()
 {
-    if (!voxels && shown.draws.empty())
-        return VoxelStats{};
-    if (core::Result<void> opened = openVoxels(); !opened)
+    if (core::Result<void> opened = _parts->openVoxels(); !opened)
         return tl::unexpected(opened.error());
-    const double near = scene.nearPlane > 0 ? scene.nearPlane : render::defaultNearPlane(domain);
+    return _parts->voxels->store.buffer().bytes();
+}
+
+core::Result<std::uint64_t> Renderer::apply(const voxels::ChunkFrame& frame)
+{
+    if (core::Result<void> opened = _parts->openVoxels(); !opened)
+        return tl::unexpected(opened.error());
+    core::Result<std::uint64_t> bytes = _parts->voxels->store.apply(frame);
+    if (bytes)
+        _parts->voxelBytesSinceFrame += *bytes;
+    return bytes;
+}
+
+core::Result<std::vector<FrameSight>> Renderer::takeSights()
+{
+    if (core::Result<void> settled = _parts->settleAll(); !settled)
+        return tl::unexpected(settled.error());
+    std::vector<FrameSight> sights = std::exchange(_parts->sights, {});
+    std::sort(sights.begin(), sights.end(), [](const FrameSight& a, const FrameSight& b) {
+        return a.frame < b.frame;
+    });
+    return sights;
+}
+
+core::Result<std::uint64_t> Renderer::completedFrame()
+{
+    if (core::Result<void> settled = _parts->settleAll(); !settled)
+        return tl::unexpected(settled.error());
+    return _parts->completedFrame;
+}
+
+void Renderer::Parts::settle(std::size_t index)
+{
+    Slot& slot = slots[index];
+    if (slot.streamed == 0)
+        return;
+    completedFrame = std::max(completedFrame, slot.streamed);
+    FrameSight sight{.frame = std::exchange(slot.streamed, 0), .visible = {}};
+    if (slot.hasVoxels) {
+        const VoxelFrame& frame = voxels->pass.frame(index);
+        const std::span<const std::uint32_t> visible = voxels->pass.visible(index);
+        sight.visible.resize(frame.listed);
+        for (std::size_t i = 0; i < visible.size(); ++i)
+            sight.visible[frame.places[i]] = visible[i];
+        for (const std::uint32_t place : frame.untested)
+            sight.visible[place] = 1;
+        sights.push_back(std::move(sight));
+    }
+}
+
+core::Result<void> Renderer::Parts::settleAll()
+{
+    const core::Result<gpu::Device::Ticket> completed = device->completed();
+    if (!completed)
+        return tl::unexpected(completed.error());
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        if (slots[i].commands.ticket() <= *completed)
+            settle(i);
+    }
+    return {};
+}
+
+core::Result<std::vector<PlacedChunk>> Renderer::Parts::listChunks(const VoxelScene& shown) const
+{
+    const auto refused = [](const std::string& why) {
+        return core::failure(core::ErrorCode::usage, why);
+    };
+    if (!shown.placed.empty() && (!shown.draws.empty() || shown.tree == nullptr))
+        return refused("streamed chunks are drawn with their tree, and without others besides");
     std::vector<PlacedChunk> chunks;
+    for (const voxels::ChunkDraw& draw : shown.placed) {
+        chunks.push_back(placed(draw, *shown.tree));
+        const std::uint64_t words =
+            std::uint64_t{draw.voxels} * (chunks.back().firstColour != 0 ? 3 : 2);
+        if (draw.offset / 4 + words > voxels->store.buffer().bytes() / 4)
+            return refused(
+                "a streamed chunk lies outside the renderer's voxel pool; make the streamer's "
+                "cache no larger than that");
+    }
     for (const VoxelDraw& draw : shown.draws) {
         const PlacedChunk* chunk = voxels->store.find(draw.key);
-        if (chunk == nullptr) {
-            return core::failure(
-                core::ErrorCode::usage,
+        if (chunk == nullptr)
+            return refused(
                 "a chunk of level " + std::to_string(draw.key.level) +
-                    " is to be drawn that is not on the device; add it first");
-        }
+                " is to be drawn that is not on the device; add it first");
         chunks.push_back(*chunk);
         chunks.back().occlusionOnly = draw.occlusionOnly;
         if (draw.weight < 1)
             voxels->store.fade(chunks.back(), draw.weight);
     }
+    return chunks;
+}
+
+core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
+    std::size_t index, const hierarchy::View& view, const Scene& scene, const VoxelScene& shown)
+{
+    if (!voxels && shown.draws.empty() && shown.placed.empty())
+        return VoxelStats{};
+    if (core::Result<void> opened = openVoxels(); !opened)
+        return tl::unexpected(opened.error());
+    const double near = scene.nearPlane > 0 ? scene.nearPlane : render::defaultNearPlane(domain);
+    const core::Result<std::vector<PlacedChunk>> chunks = listChunks(shown);
+    if (!chunks)
+        return tl::unexpected(chunks.error());
     VoxelFrame frame =
-        voxelFrame(view, near, shown, chunks, voxels->pass.splatsInto(targets.extent()));
+        voxelFrame(view, near, shown, *chunks, voxels->pass.splatsInto(targets.extent()));
     frame.stats.uploadedBytes = std::exchange(voxelBytesSinceFrame, 0);
     frame.stats.poolBytesUsed = voxels->store.usedBytes();
     const VoxelStats stats = frame.stats;
@@ -482,6 +581,7 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     Slot& slot = parts.slots[index];
     if (core::Result<void> begun = slot.commands.begin(); !begun)
         return tl::unexpected(begun.error());
+    parts.settle(index);
     const Clock::time_point start = Clock::now();
     FrameStats stats;
     const std::vector<double> spans = slot.timestamps.spans();
@@ -515,6 +615,8 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     if (redrawShadows)
         parts.mapAge = 1;
     parts.nextSlot = (index + 1) % parts.slots.size();
+    slot.streamed = voxels.frame;
+    slot.hasVoxels = withVoxels;
     parts.lastVoxels = withVoxels ? std::optional(index) : std::nullopt;
     parts.lastSlot = &slot;
 

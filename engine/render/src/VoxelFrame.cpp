@@ -58,7 +58,8 @@ LatticeView latticeView(const hierarchy::View& view, const voxels::VoxelLattice&
 /// A chunk in the view pyramid.
 struct Candidate {
     const PlacedChunk* chunk = nullptr;
-    double distance = 0; ///< of its box's nearest point [voxels]
+    std::uint32_t place = 0; ///< in the list
+    double distance = 0;     ///< of its box's nearest point [voxels]
     enum Kind { splat, cubes, box } kind = cubes;
 
     /// An order that doesn't depend on how the draws were ordered.
@@ -86,6 +87,9 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
     const std::uint32_t nodes = chunk.voxels + chunk.redundant;
     const auto firstBlock = static_cast<std::uint32_t>(frame.blocks.size());
     frame.keys.push_back(chunk.key);
+    frame.places.push_back(candidate.place);
+    if (chunk.occlusionOnly && candidate.kind != Candidate::box)
+        frame.untested.push_back(candidate.place);
     frame.chunks.push_back(
         {.cornerAndLevel = shared::ivec4(glm::ivec3(corner), static_cast<int>(chunk.key.level)),
          .place = {chunk.firstWord, chunk.firstColour, nodes, firstBlock},
@@ -166,6 +170,7 @@ VoxelFrame voxelFrame(
     bool splats)
 {
     VoxelFrame frame;
+    frame.listed = chunks.size();
     const double edge = scene.lattice.edge;
     const glm::dvec3 eye = (view.eye - scene.lattice.origin) / edge;
     if (!glm::all(glm::lessThan(glm::abs(eye), glm::dvec3(kFarthestEye)))) {
@@ -180,10 +185,12 @@ VoxelFrame voxelFrame(
     frame.view.clipW = row(camera.forward * edge);
 
     std::vector<Candidate> candidates;
-    for (const PlacedChunk& chunk : chunks) {
-        if (const std::optional<Candidate> candidate =
-                candidateOf(chunk, seen, near, scene, splats))
-            candidates.push_back(*candidate);
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+        std::optional<Candidate> candidate = candidateOf(chunks[i], seen, near, scene, splats);
+        if (!candidate)
+            continue;
+        candidate->place = static_cast<std::uint32_t>(i);
+        candidates.push_back(*candidate);
     }
     frame.stats.chunksCulled = chunks.size() - candidates.size();
     std::sort(candidates.begin(), candidates.end());

@@ -20,6 +20,10 @@ struct VoxelFrame {
     shared::VoxelView view{};
     std::vector<shared::DrawnChunk> chunks;
     std::vector<voxels::ChunkKey> keys; ///< of the chunks
+    std::vector<std::uint32_t> places;  ///< of the chunks, in the list that the frame was made from
+    std::size_t listed = 0;             ///< chunks in that list
+    /// Places of chunks that were only to be tested, but are too close for it.
+    std::vector<std::uint32_t> untested;
     std::vector<shared::VoxelBlock> blocks;
     std::vector<VkDrawIndexedIndirectCommand> cubes;
     std::uint32_t splatBlocks = 0; ///< the first of the blocks

@@ -90,6 +90,20 @@ std::string nameOf(const voxels::ChunkKey& key)
 
 } // namespace
 
+PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree)
+{
+    const voxels::ChunkEntry& entry = tree[draw.index].entry;
+    const auto firstWord = static_cast<std::uint32_t>(draw.offset / sizeof(std::uint32_t));
+    return {
+        .key = draw.key,
+        .firstWord = firstWord,
+        .firstColour = entry.coloured ? firstWord + 2 * draw.voxels : 0,
+        .voxels = draw.voxels,
+        .low = voxels::packPlace(entry.low[0], entry.low[1], entry.low[2], 0),
+        .high = voxels::packPlace(entry.high[0], entry.high[1], entry.high[2], 0),
+        .occlusionOnly = draw.occlusionOnly};
+}
+
 VoxelStore::VoxelStore(gpu::Device& device, gpu::Buffer buffer, gpu::SlabPool pool)
     : _device(&device), _buffer(std::move(buffer)), _pool(std::move(pool)), _uploads(device)
 {
@@ -294,6 +308,44 @@ void VoxelStore::retire(const StoredChunk& chunk)
     _retired.push_back({_device->submitted(), chunk.range});
     if (chunk.transition)
         _retired.push_back({_device->submitted(), *chunk.transition});
+}
+
+core::Result<std::uint64_t> VoxelStore::apply(const voxels::ChunkFrame& frame)
+{
+    const auto fits = [&](std::uint64_t offset, std::uint64_t bytes) {
+        return bytes <= _buffer.bytes() && offset <= _buffer.bytes() - bytes;
+    };
+    std::uint64_t bytes = 0;
+    bool sound = _chunks.empty();
+    for (const voxels::ChunkUpload& upload : frame.uploads) {
+        sound = sound && fits(upload.offset, upload.data.size());
+        bytes += upload.data.size();
+    }
+    for (const voxels::ChunkMove& move : frame.moves)
+        sound = sound && fits(move.from, move.bytes) && fits(move.to, move.bytes);
+    if (!sound) {
+        return core::failure(
+            core::ErrorCode::usage,
+            "the streamed chunks don't fit the renderer's voxel pool of " +
+                std::to_string(_buffer.bytes()) +
+                " bytes; make the streamer's cache no larger, and add no chunks besides");
+    }
+    core::Result<UploadBatch> batch = _uploads.open(_buffer, bytes);
+    if (!batch)
+        return tl::unexpected(batch.error());
+    for (const voxels::ChunkUpload& upload : frame.uploads) {
+        if (!upload.data.empty())
+            std::memcpy(
+                batch->place(upload.offset, upload.data.size()).data(),
+                upload.data.data(),
+                upload.data.size());
+    }
+    for (const voxels::ChunkMove& move : frame.moves)
+        batch->move(move.from, move.to, move.bytes);
+    if (core::Result<void> submitted = _uploads.submit(_buffer, *batch, gpu::use::kStorageRead);
+        !submitted)
+        return tl::unexpected(submitted.error());
+    return bytes;
 }
 
 void VoxelStore::remove(std::span<const voxels::ChunkKey> keys)

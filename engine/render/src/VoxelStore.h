@@ -7,6 +7,8 @@
 #include <isofront/gpu/Buffer.h>
 #include <isofront/gpu/SlabPool.h>
 #include <isofront/voxels/Chunk.h>
+#include <isofront/voxels/ChunkStreamer.h>
+#include <isofront/voxels/ChunkTree.h>
 
 #include <cstdint>
 #include <deque>
@@ -35,6 +37,9 @@ struct PlacedChunk {
     std::uint32_t parentColour = 0; ///< word of the parent chunk's first colour; 0 if it has none
 };
 
+/// Of a chunk that a streamer has placed. Not sound if it doesn't lie in the pool.
+PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree);
+
 /// What chunks lie at multiples of [bytes].
 inline constexpr std::uint32_t kPoolUnit = 16;
 
@@ -55,6 +60,9 @@ public:
     /// Readies a chunk to be drawn with a weight; leaves it as it is if its transition or its
     /// parent isn't there.
     void fade(PlacedChunk& chunk, float weight) const;
+    /// Makes the copies of a streamed frame. Returns how many bytes were uploaded. Usage if it
+    /// leaves the pool, or if chunks were added.
+    core::Result<std::uint64_t> apply(const voxels::ChunkFrame& frame);
     /// Forgets chunks; those that aren't there are passed over.
     void remove(std::span<const voxels::ChunkKey> keys);
     void clear();

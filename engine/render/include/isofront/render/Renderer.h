@@ -117,13 +117,27 @@ public:
     /// Forgets chunks. Those that aren't there are passed over.
     void removeChunks(std::span<const voxels::ChunkKey> keys);
 
+    /// How large a streamer's cache may be [bytes]: the whole pool. Fails as `addChunks` does.
+    core::Result<std::uint64_t> chunkCacheBytes();
+    /// Makes the copies of a streamed frame; `draw` is then given its draws. Every frame must be
+    /// applied, in order. Returns how many bytes were uploaded.
+    ///
+    /// @return usage if the streamer's cache is larger than the pool, or chunks were added
+    core::Result<std::uint64_t> apply(const voxels::ChunkFrame& frame);
+    /// What has become known since the last call of which chunks can be seen in streamed frames,
+    /// oldest first. Doesn't wait: after `finish`, all frames are known.
+    core::Result<std::vector<FrameSight>> takeSights();
+    /// The number of the last streamed frame that the device has completed; 0 if there is none.
+    /// Doesn't wait.
+    core::Result<std::uint64_t> completedFrame();
+
     /// Draws a picture of the view's size, and returns before it is done.
     ///
     /// Voxels and meshes hide each other. As meshes they get their light by their normals; a colour
     /// takes the place of the look's materials. They receive shadows, but cast none.
     ///
     /// @return usage if the view is not valid or too large for the device, or a chunk that is to be
-    ///         drawn isn't there
+    ///         drawn isn't there, or there are draws of both kinds
     core::Result<FrameStats>
     draw(const hierarchy::View& view, const Scene& scene, const VoxelScene& voxels = {});
     /// Waits for the last picture. @return what its passes cost on the GPU, in order

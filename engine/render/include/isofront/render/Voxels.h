@@ -1,11 +1,14 @@
 #pragma once
 
 #include <isofront/voxels/Chunk.h>
+#include <isofront/voxels/ChunkStreamer.h>
+#include <isofront/voxels/ChunkTree.h>
 #include <isofront/voxels/LevelTransition.h>
 #include <isofront/voxels/Voxelization.h>
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace isofront::render {
 
@@ -35,12 +38,20 @@ struct VoxelTransition {
     voxels::TransitionNodes nodes;
 };
 
-/// What is shown of a voxel model in one frame.
+/// What is shown of a voxel model in one frame: chunks that were added to the renderer, or what a
+/// streamer says.
 struct VoxelScene {
     voxels::VoxelLattice lattice;       ///< where the model's voxels lie
     std::span<const VoxelDraw> draws{}; ///< in any order
-    VoxelWay way = VoxelWay::automatic; ///< how
-    float largestSplat = 12;            ///< automatic: voxels of more pixels become cubes [px]
+    /// Instead of `draws`: chunks where a streamer has placed them, of frames that were applied;
+    /// those of its second pass may follow. `tree` is the streamer's.
+    std::span<const voxels::ChunkDraw> placed{};
+    const voxels::ChunkTree* tree = nullptr;
+    /// The streamer's number of the frame, by which `takeSights` and `completedFrame` name it; 0
+    /// for none.
+    std::uint64_t frame = 0;
+    VoxelWay way = VoxelWay::automatic;
+    float largestSplat = 12; ///< automatic: voxels of more pixels become cubes [px]
 };
 
 /// What a pixel shows of a voxel model.
@@ -59,6 +70,12 @@ struct ChunkSight {
     bool isVisible = false;
 
     friend bool operator==(const ChunkSight&, const ChunkSight&) = default;
+};
+
+/// Which of a streamed frame's chunks can be seen, for voxels::Visibility.
+struct FrameSight {
+    std::uint64_t frame = 0;
+    std::vector<std::uint32_t> visible; ///< not 0 if it can; in the order of the frame's chunks
 };
 
 /// What a frame's voxels were.

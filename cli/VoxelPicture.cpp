@@ -1,0 +1,269 @@
+#include "VoxelPicture.h"
+
+#include "Console.h"
+#include "Pictures.h"
+
+#include <isofront/core/Process.h>
+#include <isofront/exchange/Png.h>
+#include <isofront/voxels/ChunkStore.h>
+#include <isofront/voxels/ChunkStreamer.h>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace isofront::cli {
+
+namespace {
+
+using core::ErrorCode;
+using Clock = std::chrono::steady_clock;
+
+glm::dvec3 upOf(const VoxelPictureRequest& request, const voxels::StoredModel& model)
+{
+    if (request.up)
+        return glm::normalize(*request.up);
+    return model.name.starts_with("proc:") ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+}
+
+/// A place from which the box just fills the picture, in front of it, to the right and above.
+glm::dvec3 placeBefore(
+    const core::Box& box,
+    const glm::dvec3& target,
+    const glm::dvec3& up,
+    double fovDegrees,
+    const PictureSize& size)
+{
+    constexpr double kFilled = 0.94; // of the picture's height or width
+    const glm::dvec3 front = up.y > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, -1, 0);
+    const glm::dvec3 side = glm::cross(up, front);
+    const glm::dvec3 forward = -glm::normalize(front + 0.45 * side + 0.35 * up);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
+    const glm::dvec3 above = glm::cross(right, forward);
+    const double tangentY = kFilled * std::tan(0.5 * fovDegrees * std::numbers::pi / 180);
+    const double tangentX = tangentY * size.width / size.height;
+    double distance = 0;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 at = glm::dvec3(
+                                  (corner & 1U) != 0 ? box.high.x : box.low.x,
+                                  (corner & 2U) != 0 ? box.high.y : box.low.y,
+                                  (corner & 4U) != 0 ? box.high.z : box.low.z) -
+                              target;
+        const double aside = std::max(
+            std::abs(glm::dot(at, right)) / tangentX, std::abs(glm::dot(at, above)) / tangentY);
+        distance = std::max(distance, aside - glm::dot(at, forward));
+    }
+    return target - distance * forward;
+}
+
+/// A cube around a box, for the renderer: it sets the near plane.
+hierarchy::Domain domainAround(const core::Box& box)
+{
+    const glm::dvec3 size = box.size();
+    return {.origin = box.low, .edge = std::max({size.x, size.y, size.z})};
+}
+
+/// The last picture, and what led to it.
+struct Picture {
+    render::FrameStats stats;
+    std::size_t frames = 0;
+    std::uint64_t uploadedBytes = 0;
+    std::uint64_t residentBytes = 0;
+    double coarsening = 1;
+    std::vector<core::Error> damaged;
+    double loadSeconds = 0;
+    double gpuMilliseconds = 0;
+};
+
+/// Draws until all that the view needs is there.
+core::Result<Picture> drawComplete(
+    Studio& studio,
+    voxels::ChunkStreamer& streamer,
+    const hierarchy::View& view,
+    const render::VoxelScene& how,
+    Progress& progress,
+    const std::stop_token& stop)
+{
+    const auto start = Clock::now();
+    const double near = studio.renderer->defaultNearPlane();
+    const voxels::ChunkView chunkView = voxels::perspectiveView(
+        view.eye, view.forward, view.up, view.verticalFieldOfView, view.width, view.height, near);
+    Picture picture;
+    for (;;) {
+        if (stop.stop_requested())
+            return core::failure(ErrorCode::interrupted, "interrupted; no picture was written");
+        const auto completed = studio.renderer->completedFrame();
+        if (!completed)
+            return tl::unexpected(completed.error());
+        ++picture.frames;
+        const voxels::ChunkFrame& frame = streamer.update(chunkView, picture.frames, *completed);
+        const auto applied = studio.renderer->apply(frame);
+        if (!applied)
+            return tl::unexpected(applied.error());
+        picture.uploadedBytes += *applied;
+        picture.residentBytes = frame.residentBytes;
+        picture.coarsening = frame.coarsening;
+        picture.damaged.insert(picture.damaged.end(), frame.damaged.begin(), frame.damaged.end());
+        progress.show(
+            "loading",
+            static_cast<double>(frame.residentBytes) /
+                static_cast<double>(std::max(frame.wantedBytes, frame.residentBytes) + 1));
+        if (frame.isComplete)
+            picture.loadSeconds = std::chrono::duration<double>(Clock::now() - start).count();
+        // Frames on the way are drawn too: what they use may only be freed when they are done.
+        render::VoxelScene scene = how;
+        scene.placed = frame.draws;
+        scene.frame = picture.frames;
+        auto drawn = studio.renderer->draw(view, studio.scene, scene);
+        if (!drawn)
+            return tl::unexpected(drawn.error());
+        picture.stats = *drawn;
+        const auto passes = studio.renderer->finish();
+        if (!passes)
+            return tl::unexpected(passes.error());
+        picture.gpuMilliseconds = 0;
+        for (const render::PassTime& pass : *passes)
+            picture.gpuMilliseconds += pass.milliseconds;
+        if (frame.isComplete)
+            return picture;
+        streamer.waitForChunks();
+    }
+}
+
+void printJson(
+    const VoxelPictureRequest& request,
+    const voxels::StoredModel& model,
+    const hierarchy::View& view,
+    const Studio& studio,
+    const Picture& picture,
+    double seconds)
+{
+    const render::VoxelStats& voxels = picture.stats.voxels;
+    const auto point = [](const glm::dvec3& p) { return nlohmann::ordered_json{p.x, p.y, p.z}; };
+    nlohmann::ordered_json json;
+    json["output"] = request.output;
+    json["size"] = {request.size.width, request.size.height};
+    json["device"] = studio.device->description().name;
+    json["model"] = model.name;
+    json["resolution"] = model.lattice.resolution;
+    json["eye"] = point(view.eye);
+    json["target"] = point(view.eye + view.forward);
+    json["voxel_pixels"] = request.voxelPixels;
+    json["effective_voxel_pixels"] = request.voxelPixels * picture.coarsening;
+    json["way"] = request.way;
+    json["voxels_drawn"] = voxels.voxels;
+    json["voxels_splatted"] = voxels.splatted;
+    json["chunks_drawn"] = voxels.chunksDrawn;
+    json["chunks_damaged"] = picture.damaged.size();
+    json["chunk_bytes"] = picture.residentBytes;
+    json["uploaded_bytes"] = picture.uploadedBytes;
+    json["device_bytes"] = picture.stats.deviceBytes;
+    json["frames"] = picture.frames;
+    json["frame_milliseconds"] = {
+        {"cpu", picture.stats.cpuMilliseconds}, {"gpu", picture.gpuMilliseconds}};
+    json["seconds"] = {{"total", seconds}, {"load", picture.loadSeconds}};
+    json["peak_rss_bytes"] = core::peakResidentBytes();
+    print(json);
+}
+
+} // namespace
+
+int renderVoxels(const VoxelPictureRequest& request)
+{
+    const auto start = Clock::now();
+    const std::stop_token stop = interruptions();
+    Progress progress(request.quiet);
+    auto opened = voxels::openAnyStore(request.model);
+    if (!opened)
+        return report(opened.error());
+    const std::shared_ptr<const voxels::ChunkStore> store = std::move(*opened);
+    const voxels::StoredModel model = store->model();
+    const auto box = voxels::worldBox(*store);
+    if (!box)
+        return report(box.error());
+    const glm::dvec3 up = upOf(request, model);
+    const glm::dvec3 target = request.target.value_or(box->centre());
+    const glm::dvec3 eye =
+        request.eye.value_or(placeBefore(*box, target, up, request.fov, request.size));
+    if (eye == target)
+        return report({ErrorCode::usage, "--eye and --target must not be the same point"});
+    const hierarchy::View view =
+        viewTo(eye, target, request.fov, request.size.width, request.size.height, up);
+
+    auto device = gpu::Device::create({.device = request.device});
+    if (!device)
+        return report(device.error());
+    Studio studio;
+    studio.device = std::move(*device);
+    constexpr std::uint32_t kNoMeshes = 1U << 16U; // [bytes]
+    auto renderer = render::Renderer::create(
+        *studio.device,
+        domainAround(*box),
+        {.width = request.size.width,
+         .height = request.size.height,
+         .poolBytes = 2ULL * kNoMeshes,
+         .slabBytes = kNoMeshes,
+         .shadowMapSize = 16,
+         .voxelPoolBytes = request.cacheBytes});
+    if (!renderer)
+        return report(renderer.error());
+    studio.renderer = std::move(*renderer);
+    studio.scene.look = render::Look::studio;
+    studio.scene.up = up;
+    const auto cacheBytes = studio.renderer->chunkCacheBytes();
+    if (!cacheBytes)
+        return report(cacheBytes.error());
+    constexpr std::uint64_t kAll = std::uint64_t{1} << 32U;
+    auto streamer = voxels::ChunkStreamer::create(
+        store,
+        {.voxelPixels = request.voxelPixels,
+         .occlusion = false,
+         .cacheBytes = *cacheBytes,
+         .uploadBytes = kAll},
+        core::makeJobs(core::JobsBackend::automatic, request.threads));
+    if (!streamer)
+        return report(streamer.error());
+
+    render::VoxelScene how;
+    how.lattice = model.lattice;
+    how.tree = &(*streamer)->tree();
+    how.way = request.way == "cubes"    ? render::VoxelWay::cubes
+              : request.way == "splats" ? render::VoxelWay::splats
+                                        : render::VoxelWay::automatic;
+    const auto picture = drawComplete(studio, **streamer, view, how, progress, stop);
+    if (!picture)
+        return report(picture.error());
+    const auto image = studio.renderer->readImage();
+    if (!image)
+        return report(image.error());
+    const auto written = exchange::writePng(*image, request.output);
+    if (!written)
+        return report(written.error());
+    progress.finish();
+    for (const core::Error& error : picture->damaged)
+        progress.say("warning: " + error.message + "; its parent is shown in its place");
+    if (picture->coarsening > 1)
+        progress.say(
+            "note: voxels are up to " + brief(request.voxelPixels * picture->coarsening) +
+            " px large, because " + grouped(*cacheBytes >> 20U) +
+            " MiB hold no more (see --cache-mib)");
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (request.json)
+        printJson(request, model, view, studio, *picture, seconds);
+    else
+        progress.say(
+            request.output + ": " + std::to_string(request.size.width) + "x" +
+            std::to_string(request.size.height) + ", " + grouped(picture->stats.voxels.voxels) +
+            " voxels drawn by " + studio.device->description().name);
+    return 0;
+}
+
+} // namespace isofront::cli
