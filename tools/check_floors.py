@@ -24,7 +24,10 @@ FLOORS = {
     "charts": ("charts", []),
     "bench": (
         "bench",
-        ["core", "hierarchy", "fields", "volume", "extractor", "surface", "exchange", "charts"],
+        [
+            "core", "hierarchy", "fields", "volume", "extractor", "surface", "voxels", "exchange",
+            "charts",
+        ],
     ),
     "gpu": ("engine/gpu", ["core"]),
     "render": (
@@ -35,6 +38,7 @@ FLOORS = {
 # A library that only some places may name: pattern of the include, folders or files allowed
 CONFINED = [
     (r"vtk", ["bench/peers/FlyingEdges.cpp"]),
+    (r"embree3/", ["bench/peers/EmbreeRays.cpp"]),
     (r"tbb/", ["core/src/jobs"]),
     (
         r"openvdb/",

@@ -55,4 +55,20 @@ const VolumeToMeshModule& volumeToMeshModule()
     return module;
 }
 
+const EmbreeModule& embreeModule()
+{
+    static const EmbreeModule module = [] {
+        EmbreeModule found;
+        void* const library = opened("isofront_peer_embree.so");
+        if (library == nullptr)
+            return found;
+        found.scene = functionOf<peers::EmbreeScene>(library, "isofrontEmbreeScene");
+        found.cast = functionOf<peers::EmbreeCast>(library, "isofrontEmbreeCast");
+        found.memory = functionOf<peers::EmbreeMemory>(library, "isofrontEmbreeMemory");
+        found.close = functionOf<peers::EmbreeClose>(library, "isofrontEmbreeClose");
+        return found;
+    }();
+    return module;
+}
+
 } // namespace isofront::bench

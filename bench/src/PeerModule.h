@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../peers/EmbreeRays.h"
 #include "../peers/FlyingEdges.h"
 #include "../peers/VolumeToMesh.h"
 
@@ -18,9 +19,18 @@ struct VolumeToMeshModule {
     peers::OpenVdbVersion version = nullptr;
 };
 
+struct EmbreeModule {
+    peers::EmbreeScene scene = nullptr;
+    peers::EmbreeCast cast = nullptr;
+    peers::EmbreeMemory memory = nullptr;
+    peers::EmbreeClose close = nullptr;
+};
+
 /// Loads VTK's flying edges from beside the program, on the first call.
 const FlyingEdgesModule& flyingEdgesModule();
 /// The same for OpenVDB's mesher.
 const VolumeToMeshModule& volumeToMeshModule();
+/// The same for Embree's rays.
+const EmbreeModule& embreeModule();
 
 } // namespace isofront::bench

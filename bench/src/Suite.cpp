@@ -32,6 +32,7 @@ const std::vector<Suite>& suites()
         {"extract", "How fast do volumes become triangles, against flying edges?", runExtract},
         {"view", "How fast is there what a view needs?", runView},
         {"isovalue", "How soon is another isovalue there?", runIsovalue},
+        {"voxel-rays", "How fast do rays find voxels, against triangles?", runVoxelRays},
     };
     return all;
 }

@@ -23,5 +23,6 @@ SuiteResult runStages(const Context& context);
 SuiteResult runView(const Context& context);
 SuiteResult runVolumes(const Context& context);
 SuiteResult runVertices(const Context& context);
+SuiteResult runVoxelRays(const Context& context);
 
 } // namespace isofront::bench
