@@ -73,7 +73,6 @@ public:
         const std::uint64_t completed = frame > latency ? frame - latency : 0;
         device.complete(completed, *streamer);
         const ChunkFrame& work = streamer->update(camera.view(), frame, completed, seen);
-        std::erase_if(_visible, [&](const auto& v) { return v.first + latency <= frame; });
         device.submit(frame, work, *streamer);
         for (const ChunkDraw& draw : work.draws)
             EXPECT_TRUE(!draw.occlusionOnly || _before.mayShow(streamer->tree()[draw.index].box))
@@ -82,9 +81,28 @@ public:
         if (feedback == Feedback::none)
             return work;
         std::vector<std::uint32_t> visible;
+        std::span<const ChunkDraw> second;
+        expectHiddenBefore(work, seen);
+        std::erase_if(_visible, [&](const auto& v) { return v.first + latency <= frame; });
         if (feedback == Feedback::random) {
+            const auto any = [&] { return tests::below(random, 3) == 0 ? 1U : 0U; };
             for (std::size_t i = 0; i < work.draws.size(); ++i)
-                visible.push_back(tests::below(random, 3) == 0 ? 1 : 0);
+                visible.push_back(any());
+            shown = work;
+            if (hasSecondPass) {
+                second = streamer->secondPass(visible);
+                device.add(second);
+                secondDraws += second.size();
+                shown.draws.clear();
+                for (std::size_t i = 0; i < work.draws.size(); ++i)
+                    if (!work.draws[i].occlusionOnly || visible[i] == 0)
+                        shown.draws.push_back(work.draws[i]);
+                for (const ChunkDraw& draw : second) {
+                    EXPECT_FALSE(draw.occlusionOnly);
+                    shown.draws.push_back(draw);
+                    visible.push_back(any());
+                }
+            }
         } else if (!hasSecondPass && camera.view() == _seenView && isSame(_seenDraws, work.draws)) {
             visible = _seen; // a picture takes a while
         } else {
@@ -92,10 +110,10 @@ public:
             for (const ChunkDraw& draw : work.draws)
                 visible.push_back(picture.draw(draw.index, draw.occlusionOnly) ? 1 : 0);
             if (hasSecondPass) {
-                const auto more = streamer->secondPass(visible);
-                device.add(more);
-                secondDraws += more.size();
-                for (const ChunkDraw& draw : more) {
+                second = streamer->secondPass(visible);
+                device.add(second);
+                secondDraws += second.size();
+                for (const ChunkDraw& draw : second) {
                     EXPECT_FALSE(draw.occlusionOnly);
                     visible.push_back(picture.draw(draw.index, false) ? 1 : 0);
                 }
@@ -106,6 +124,10 @@ public:
             _seenDraws = work.draws;
             _seen = visible;
         }
+        for (const ChunkDraw& draw : work.draws)
+            _drawn[frame].push_back(draw.index);
+        for (const ChunkDraw& draw : second)
+            _drawn[frame].push_back(draw.index);
         if (tests::below(random, 8) != 0 || !losesFeedback)
             _visible.emplace_back(frame, std::move(visible));
         return work;
@@ -141,17 +163,54 @@ public:
     std::shared_ptr<const ChunkStore> store;
     std::unique_ptr<ChunkStreamer> streamer;
     tests::SimulatedDevice device;
+    ChunkFrame shown; ///< with random feedback: the frame with its second pass
     std::uint64_t frame = 0;
     std::uint64_t latency = 2;
     Feedback feedback = Feedback::exact;
     bool losesFeedback = false;
     bool hasSecondPass = false;
     std::size_t secondDraws = 0;
+    std::size_t tested = 0;        ///< draws that only test
     std::vector<double> depth;     ///< of the last picture, with exact feedback
     std::vector<ChunkIndex> chunk; ///< the same
     std::mt19937_64 random = tests::random(1);
 
 private:
+    /// What is only tested from now on was hidden in the last frames that are known.
+    void expectHiddenBefore(const ChunkFrame& work, const std::vector<Visibility>& seen)
+    {
+        for (const Visibility& known : seen) {
+            std::set<ChunkIndex>& visible =
+                _known.emplace_back(known.frame, std::set<ChunkIndex>()).second;
+            for (std::size_t i = 0; i < known.visible.size(); ++i)
+                for (ChunkIndex at = known.visible[i] == 0 ? kNoChunk : _drawn[known.frame][i];
+                     at != kNoChunk;
+                     at = streamer->tree()[at].parent)
+                    visible.insert(at);
+        }
+        std::set<ChunkIndex> now;
+        for (const ChunkDraw& draw : work.draws)
+            if (draw.occlusionOnly)
+                now.insert(draw.index);
+        const std::size_t frames = streamer->settings().hiddenFrames;
+        for (const ChunkIndex index : now) {
+            ++tested;
+            if (_tested.contains(index))
+                continue;
+            ASSERT_FALSE(_known.empty());
+            for (const auto& [number, visible] : _known) {
+                if (number + frames > _known.back().first) {
+                    EXPECT_FALSE(visible.contains(index));
+                }
+            }
+        }
+        _tested = std::move(now);
+    }
+
+    std::map<std::uint64_t, std::vector<ChunkIndex>> _drawn; ///< by frame
+    /// Chunks in whose place something was visible, by frame.
+    std::vector<std::pair<std::uint64_t, std::set<ChunkIndex>>> _known;
+    std::set<ChunkIndex> _tested; ///< in the last frame
     std::vector<std::pair<std::uint64_t, std::vector<std::uint32_t>>> _visible;
     ChunkView _before;
     std::unique_ptr<tests::BlockModel> _model;
@@ -256,6 +315,7 @@ TEST(ChunkStreamer, isClosedInEveryFrame)
     for (const std::uint64_t cache : {1U << 22U, 150'000U, 70'000U}) {
         Flight flight(shared(tests::city(4, 4, true)), settingsFor(0.04, cache));
         flight.feedback = Feedback::random;
+        flight.hasSecondPass = cache != 150'000;
         flight.losesFeedback = true;
         bool hasBegun = false;
         for (int leg = 0; leg < tests::trials(6); ++leg) {
@@ -268,12 +328,16 @@ TEST(ChunkStreamer, isClosedInEveryFrame)
                 camera.forward += (to.forward - from.forward) * (i / 40.0);
                 const ChunkFrame& frame = flight.step(camera);
                 hasBegun |= !frame.draws.empty();
-                if (hasBegun)
+                if (hasBegun) {
                     expectClosed(frame, flight.streamer->tree(), camera.view());
+                    expectClosed(flight.shown, flight.streamer->tree(), camera.view());
+                }
                 EXPECT_LE(frame.residentBytes, cache);
             }
         }
         EXPECT_TRUE(hasBegun);
+        EXPECT_GT(flight.tested, 0U);
+        EXPECT_EQ(flight.secondDraws > 0, flight.hasSecondPass);
     }
 }
 
@@ -332,7 +396,7 @@ TEST(ChunkStreamer, comesToRestWithinAFewFrames)
     StreamingSettings settings = settingsFor(0.04);
     settings.uploadBytes = 1U << 24U;
     settings.hostBytes = 1U << 24U;
-    settings.hiddenFrames = 0;
+    settings.hiddenFrames = 1;
     Flight flight(shared(tests::city(levels, 4, true)), settings);
     flight.latency = 1;
     for (int trial = 0; trial < tests::trials(20); ++trial) {

@@ -203,8 +203,11 @@ void ChunkSelection::secondPass(
 
 void ChunkSelection::markSeen(ChunkIndex index, Tick tick)
 {
-    for (; index != kNoChunk && _nodes[index].seen < tick; index = _tree[index].parent)
+    // what was closed since, because it was hidden before, is opened again
+    for (; index != kNoChunk && _nodes[index].seen < tick; index = _tree[index].parent) {
         _nodes[index].seen = tick;
+        _nodes[index].isClosed = false;
+    }
 }
 
 void ChunkSelection::open(ChunkIndex index)
@@ -247,6 +250,7 @@ void ChunkSelection::closeHidden(const Record& record)
             continue;
         Node& node = _nodes[parent];
         if (node.isClosed || node.open != last || node.isForced ||
+            node.seen + std::max(1U, _settings.hiddenFrames) > record.tick ||
             node.keptOpenView == _viewVersion || node.keptOpen > _tick)
             continue;
         const bool isHidden = std::ranges::all_of(_tree[parent].children, [&](ChunkIndex child) {
@@ -255,8 +259,7 @@ void ChunkSelection::closeHidden(const Record& record)
             if (_nodes[child].visited != last) // what comes into view may be visible
                 return !_view.mayShow(_tree[child].box);
             const Node& other = _nodes[child];
-            return other.drawn == last && other.since <= record.tick &&
-                   other.seen + _settings.hiddenFrames <= record.tick;
+            return other.drawn == last && other.since <= record.tick;
         });
         if (isHidden)
             node.isClosed = true;

@@ -47,7 +47,7 @@ struct StreamingSettings {
     StreamingPolicy policy = StreamingPolicy::closed;
     /// Whether what is hidden is found out and drawn coarsely. Needs `Visibility`.
     bool occlusion = true;
-    /// A chunk counts as hidden after so many frames without a pixel.
+    /// A chunk counts as hidden after so many frames without a pixel; at least one.
     unsigned hiddenFrames = 2;
     /// Memory of the device for chunks [bytes]. If what a view needs doesn't fit, all detail
     /// becomes coarser until it does.
