@@ -31,6 +31,9 @@ const std::vector<Suite>& suites()
          runNoise},
         {"extract", "How fast do volumes become triangles, against flying edges?", runExtract},
         {"view", "How fast is there what a view needs?", runView},
+        {"streaming",
+         "Which chunks of voxels does a flight bring and draw, frame by frame?",
+         runStreaming},
         {"isovalue", "How soon is another isovalue there?", runIsovalue},
         {"voxel-rays", "How fast do rays find voxels, against triangles?", runVoxelRays},
     };

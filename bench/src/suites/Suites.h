@@ -20,6 +20,7 @@ SuiteResult runPixelError(const Context& context);
 SuiteResult runSimplify(const Context& context);
 SuiteResult runSmooth(const Context& context);
 SuiteResult runStages(const Context& context);
+SuiteResult runStreaming(const Context& context);
 SuiteResult runView(const Context& context);
 SuiteResult runVolumes(const Context& context);
 SuiteResult runVertices(const Context& context);
