@@ -170,8 +170,8 @@ TEST_F(StreamedVoxels, areDrawnWhereTheStreamerHasPlacedThem)
          .occlusion = false,
          .cacheBytes = 2200U << 10U,
          .uploadBytes = 256U << 10U}));
-    for (int i = 0; i < 60; ++i) {
-        const double angle = 0.2 * i;
+    for (int i = 0; i < 40; ++i) {
+        const double angle = 0.3 * i;
         const glm::dvec3 eye(0.1, 0.5, 0.05);
         const glm::dvec3 ahead(std::cos(angle), std::sin(angle), 0.1);
         const hierarchy::View view = lookingAt(eye, eye + ahead, 64, 48);

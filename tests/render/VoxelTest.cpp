@@ -297,7 +297,7 @@ TEST_F(Voxels, lookTheSameInAnyOrderAndByAnyUpload)
     const HillyModel model(260);
     std::vector<Chunk> chunks = model.cut(0);
     const hierarchy::View view = lookingAt({1.5, -3, 1}, {0, 0, 0}, 120, 90);
-    for (const VoxelWay way : {VoxelWay::cubes, VoxelWay::splats, VoxelWay::automatic}) {
+    for (const VoxelWay way : {VoxelWay::cubes, VoxelWay::automatic}) {
         std::optional<VoxelShot> first;
         for (const bool other : {false, true}) {
             render::RendererOptions others = options();
