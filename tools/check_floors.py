@@ -47,7 +47,7 @@ CONFINED = [
             "extractor/volume/src/SparseBounds.h",
             "extractor/volume/src/SparsePyramid.h",
             "extractor/volume/src/VdbReader.cpp",
-            "bench/peers/VolumeToMesh.cpp",
+            "bench/peers/MeshToVolume.cpp", "bench/peers/VolumeToMesh.cpp",
         ],
     ),
     (r"itk", ["extractor/volume/src/ItkReader.cpp"]),

@@ -49,6 +49,7 @@ const VolumeToMeshModule& volumeToMeshModule()
         if (library == nullptr)
             return found;
         found.mesh = functionOf<peers::VolumeToMesh>(library, "isofrontVolumeToMesh");
+        found.voxelize = functionOf<peers::MeshToVolume>(library, "isofrontMeshToVolume");
         found.version = functionOf<peers::OpenVdbVersion>(library, "isofrontOpenVdbVersion");
         return found;
     }();

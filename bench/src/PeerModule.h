@@ -2,6 +2,7 @@
 
 #include "../peers/EmbreeRays.h"
 #include "../peers/FlyingEdges.h"
+#include "../peers/MeshToVolume.h"
 #include "../peers/VolumeToMesh.h"
 
 namespace isofront::bench {
@@ -16,6 +17,7 @@ struct FlyingEdgesModule {
 
 struct VolumeToMeshModule {
     peers::VolumeToMesh mesh = nullptr;
+    peers::MeshToVolume voxelize = nullptr;
     peers::OpenVdbVersion version = nullptr;
 };
 
@@ -28,7 +30,7 @@ struct EmbreeModule {
 
 /// Loads VTK's flying edges from beside the program, on the first call.
 const FlyingEdgesModule& flyingEdgesModule();
-/// The same for OpenVDB's mesher.
+/// The same for OpenVDB's mesher and voxeliser.
 const VolumeToMeshModule& volumeToMeshModule();
 /// The same for Embree's rays.
 const EmbreeModule& embreeModule();

@@ -34,6 +34,7 @@ const std::vector<Suite>& suites()
         {"streaming",
          "Which chunks of voxels does a flight bring and draw, frame by frame?",
          runStreaming},
+        {"voxels", "How fast do meshes become surface voxels, and what do they take?", runVoxels},
         {"isovalue", "How soon is another isovalue there?", runIsovalue},
         {"voxel-rays", "How fast do rays find voxels, against triangles?", runVoxelRays},
     };

@@ -25,5 +25,6 @@ SuiteResult runView(const Context& context);
 SuiteResult runVolumes(const Context& context);
 SuiteResult runVertices(const Context& context);
 SuiteResult runVoxelRays(const Context& context);
+SuiteResult runVoxels(const Context& context);
 
 } // namespace isofront::bench
