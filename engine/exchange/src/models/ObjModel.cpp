@@ -27,7 +27,9 @@ std::optional<std::uint32_t> indexOf(std::string_view word, std::size_t many)
     if (!number)
         return std::nullopt;
     const auto last = static_cast<std::int64_t>(many);
-    const std::int64_t index = *number < 0 && *number >= -last ? last + *number : *number - 1;
+    if (*number < -last)
+        return kNowhere;
+    const std::int64_t index = *number < 0 ? last + *number : *number - 1;
     return index >= 0 && index < kNowhere ? static_cast<std::uint32_t>(index) : kNowhere;
 }
 
