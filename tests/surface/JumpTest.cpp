@@ -56,8 +56,8 @@ TEST_P(JumpOnJobs, skipsTheLevelsBetweenAndEndsTheSame)
         const SurfaceStats before = surface.stats();
         std::size_t triangles = 0;
         for (int i = 0; i < 20000 && (i == 0 || !surface.isSettled()); ++i) {
-            // time enough to know the whole wanted front at once, on however slow a machine: what is
-            // asked for before that is known may be for levels that would have been skipped
+            // time enough to know the whole wanted front at once, on however slow a machine: what
+            // is asked for before that is known may be for levels that would have been skipped
             const Delta delta = surface.update(near, {.milliseconds = skips ? 60'000.0 : 20.0});
             if (delta.isEmpty()) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
