@@ -389,13 +389,16 @@ Action addExtract(CLI::App& app)
         "--max-error",
         arguments->maxError,
         "refine until the estimated distance to the true surface is below this [world units]");
-    command->add_option("--eye", arguments->eye, "X,Y,Z: as fine as a viewer there needs it");
+    CLI::Option* eye =
+        command->add_option("--eye", arguments->eye, "X,Y,Z: as fine as a viewer there needs it");
     command->add_option(
         "--pixel-error", arguments->pixelError, "with --eye: pixels of error to allow, default 1");
     command->add_option("--fov", arguments->fov, "with --eye: vertical field of view [degrees]")
         ->check(within(1.0, 179.0))
+        ->needs(eye)
         ->capture_default_str();
     command->add_option("--size", arguments->size, "with --eye: size of the picture [px]")
+        ->needs(eye)
         ->capture_default_str();
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();

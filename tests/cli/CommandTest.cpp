@@ -130,7 +130,8 @@ TEST_F(Command, refusesWhatMakesNoSenseAndNamesTheRemedy)
     expectFailure("extract proc:sphere -o a.ply --normals five", 2, {"six"});
     expectFailure("extract '' -o a.ply", 2, {"SOURCE"});
     expectFailure("extract proc:sphere -o a.ply --eye 1,2", 2, {"--eye", "1,2"});
-    expectFailure("extract proc:sphere -o a.ply --pixel-error 1", 2, {"--eye"});
+    for (const char* option : {"--pixel-error 1", "--fov 30", "--size 640x480"})
+        expectFailure("extract proc:sphere -o a.ply " + std::string(option), 2, {"--eye"});
     write("notes.txt", "not a volume");
     expectFailure("info notes.txt", 2, {"notes.txt", ".nrrd", ".vdb"});
     EXPECT_FALSE(fs::exists(folder / "a.ply"));
