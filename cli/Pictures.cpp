@@ -68,32 +68,44 @@ core::Box surfaceBox(const Source& source, double isovalue)
 
 } // namespace
 
-void frameSurface(
-    Source& source, double isovalue, bool keepsTarget, double fovDegrees, int width, int height)
+glm::dvec3 placeBefore(
+    const core::Box& box,
+    const glm::dvec3& target,
+    const glm::dvec3& forward,
+    const glm::dvec3& up,
+    double fovDegrees,
+    int width,
+    int height)
 {
     constexpr double kFilled = 0.94; // of the picture's height or width
-    const glm::dvec3 forward = glm::normalize(source.target - source.eye);
-    const glm::dvec3 across = glm::cross(forward, source.up);
+    const glm::dvec3 across = glm::cross(forward, up);
     const glm::dvec3 right =
         glm::normalize(glm::length(across) > 1e-3 ? across : glm::dvec3(1, 0, 0));
-    const glm::dvec3 up = glm::cross(right, forward);
+    const glm::dvec3 above = glm::cross(right, forward);
     const double tangentY = kFilled * std::tan(0.5 * fovDegrees * std::numbers::pi / 180);
     const double tangentX = tangentY * width / height;
-    const core::Box box = surfaceBox(source, isovalue);
-    if (!keepsTarget)
-        source.target = box.centre();
     double distance = 0;
     for (unsigned corner = 0; corner < 8; ++corner) {
         const glm::dvec3 at = glm::dvec3(
                                   (corner & 1U) != 0 ? box.high.x : box.low.x,
                                   (corner & 2U) != 0 ? box.high.y : box.low.y,
                                   (corner & 4U) != 0 ? box.high.z : box.low.z) -
-                              source.target;
+                              target;
         const double aside = std::max(
-            std::abs(glm::dot(at, right)) / tangentX, std::abs(glm::dot(at, up)) / tangentY);
+            std::abs(glm::dot(at, right)) / tangentX, std::abs(glm::dot(at, above)) / tangentY);
         distance = std::max(distance, aside - glm::dot(at, forward));
     }
-    source.eye = source.target - distance * forward;
+    return target - distance * forward;
+}
+
+void frameSurface(
+    Source& source, double isovalue, bool keepsTarget, double fovDegrees, int width, int height)
+{
+    const glm::dvec3 forward = glm::normalize(source.target - source.eye);
+    const core::Box box = surfaceBox(source, isovalue);
+    if (!keepsTarget)
+        source.target = box.centre();
+    source.eye = placeBefore(box, source.target, forward, source.up, fovDegrees, width, height);
 }
 
 hierarchy::View viewTo(

@@ -34,6 +34,17 @@ struct StudioOptions {
 /// Errors: noDevice if there is none that fits, resourceLimit if it has too little memory.
 core::Result<Studio> openStudio(const Source& source, const StudioOptions& options);
 
+/// From where a box just fills a picture.
+/// @param forward, up  of length 1
+glm::dvec3 placeBefore(
+    const core::Box& box,
+    const glm::dvec3& target,
+    const glm::dvec3& forward,
+    const glm::dvec3& up,
+    double fovDegrees,
+    int width,
+    int height);
+
 /// Looks at where a volume has a surface, from as near as all of it fits the picture; the direction
 /// stays, and so does the target if it is given.
 /// @param isovalue  of the source's own values

@@ -4,6 +4,7 @@
 #include "Pictures.h"
 
 #include <isofront/core/Process.h>
+#include <isofront/exchange/ModelFile.h>
 #include <isofront/exchange/Png.h>
 #include <isofront/voxels/ChunkStore.h>
 #include <isofront/voxels/ChunkStreamer.h>
@@ -16,7 +17,8 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <numbers>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,41 +29,41 @@ namespace {
 using core::ErrorCode;
 using Clock = std::chrono::steady_clock;
 
+/// Models have y up; scans, landscapes and formulas z.
+bool isUpright(const voxels::StoredModel& model)
+{
+    return exchange::isModelName(model.name) || model.name.ends_with(".vdb");
+}
+
 glm::dvec3 upOf(const VoxelPictureRequest& request, const voxels::StoredModel& model)
 {
     if (request.up)
         return glm::normalize(*request.up);
-    return model.name.starts_with("proc:") ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+    return isUpright(model) ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
 }
 
-/// A place from which the box just fills the picture, in front of it, to the right and above.
-glm::dvec3 placeBefore(
-    const core::Box& box,
-    const glm::dvec3& target,
-    const glm::dvec3& up,
-    double fovDegrees,
-    const PictureSize& size)
+/// Towards the front, from the right and from above.
+glm::dvec3 forwardOf(const glm::dvec3& up)
 {
-    constexpr double kFilled = 0.94; // of the picture's height or width
     const glm::dvec3 front = up.y > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, -1, 0);
-    const glm::dvec3 side = glm::cross(up, front);
-    const glm::dvec3 forward = -glm::normalize(front + 0.45 * side + 0.35 * up);
-    const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
-    const glm::dvec3 above = glm::cross(right, forward);
-    const double tangentY = kFilled * std::tan(0.5 * fovDegrees * std::numbers::pi / 180);
-    const double tangentX = tangentY * size.width / size.height;
-    double distance = 0;
-    for (unsigned corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 at = glm::dvec3(
-                                  (corner & 1U) != 0 ? box.high.x : box.low.x,
-                                  (corner & 2U) != 0 ? box.high.y : box.low.y,
-                                  (corner & 4U) != 0 ? box.high.z : box.low.z) -
-                              target;
-        const double aside = std::max(
-            std::abs(glm::dot(at, right)) / tangentX, std::abs(glm::dot(at, above)) / tangentY);
-        distance = std::max(distance, aside - glm::dot(at, forward));
+    return -glm::normalize(front + 0.45 * glm::cross(up, front) + 0.4 * up);
+}
+
+/// Landscapes get their own light and ground, all else is an object before a wall.
+void dress(render::Scene& scene, const std::string& name, const glm::dvec3& up)
+{
+    scene.up = up;
+    scene.look = render::Look::studio;
+    if (!name.starts_with("proc:terrain"))
+        return;
+    scene.look = render::Look::terrain;
+    scene.shadowDistance = 0; // voxels cast none
+    const std::string_view key = "preset=";
+    const std::size_t preset = name.find(key);
+    if (preset != std::string::npos) {
+        const std::string kind = name.substr(preset + key.size());
+        scene.terrain = render::terrainLook(kind.substr(0, kind.find('&')));
     }
-    return target - distance * forward;
 }
 
 /// A cube around a box, for the renderer: it sets the near plane.
@@ -195,8 +197,8 @@ int renderVoxels(const VoxelPictureRequest& request)
         return report(box.error());
     const glm::dvec3 up = upOf(request, model);
     const glm::dvec3 target = request.target.value_or(box->centre());
-    const glm::dvec3 eye =
-        request.eye.value_or(placeBefore(*box, target, up, request.fov, request.size));
+    const glm::dvec3 eye = request.eye.value_or(placeBefore(
+        *box, target, forwardOf(up), up, request.fov, request.size.width, request.size.height));
     if (eye == target)
         return report({ErrorCode::usage, "--eye and --target must not be the same point"});
     const hierarchy::View view =
@@ -220,8 +222,7 @@ int renderVoxels(const VoxelPictureRequest& request)
     if (!renderer)
         return report(renderer.error());
     studio.renderer = std::move(*renderer);
-    studio.scene.look = render::Look::studio;
-    studio.scene.up = up;
+    dress(studio.scene, model.name, up);
     const auto cacheBytes = studio.renderer->chunkCacheBytes();
     if (!cacheBytes)
         return report(cacheBytes.error());
