@@ -5,6 +5,7 @@
 #include "IndirectDraws.h"
 #include "MeshStore.h"
 #include "Passes.h"
+#include "Slot.h"
 #include "SunBox.h"
 #include "Targets.h"
 #include "VoxelFrame.h"
@@ -18,7 +19,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
 #include <cstring>
 #include <limits>
@@ -38,80 +38,16 @@ double millisecondsSince(Clock::time_point start)
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Of one frame.
-constexpr std::size_t kMostPasses = 5;
-
 /// What only those need who show voxels.
 struct Voxels {
     VoxelStore store;
     VoxelPass pass;
 };
 
-/// What one of the frames in flight owns.
-struct Slot {
-    gpu::Commands commands;
-    gpu::Timestamps timestamps;
-    std::vector<const char*> passes; ///< that its last frame had
-    std::uint64_t streamed = 0;      ///< number of its streamed frame, until that is settled
-    bool hasVoxels = false;          ///< whether that frame shows or tests any
-    gpu::Buffer frame;               ///< a shared::Frame
-    gpu::Buffer cells;               ///< a shared::DrawnCell for each draw
-    gpu::Buffer draws;               ///< a VkDrawIndexedIndirectCommand for each draw
-};
-
 template <typename T>
 std::span<T> mappedAs(const gpu::Buffer& buffer)
 {
     return {reinterpret_cast<T*>(buffer.mapped().data()), buffer.mapped().size() / sizeof(T)};
-}
-
-/// Makes sure that the slot, which the GPU is done with, has room for so many draws.
-core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t count)
-{
-    const std::size_t room = std::bit_ceil(std::max<std::size_t>(count, 256));
-    const auto grow = [&](gpu::Buffer& buffer,
-                          std::size_t bytes,
-                          VkBufferUsageFlags usage) -> core::Result<void> {
-        if (buffer.bytes() >= bytes)
-            return {};
-        core::Result<gpu::Buffer> larger =
-            gpu::Buffer::create(device, bytes, usage, gpu::MemoryKind::upload);
-        if (!larger)
-            return tl::unexpected(larger.error());
-        buffer = std::move(*larger);
-        return {};
-    };
-    if (core::Result<void> grown =
-            grow(slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
-        !grown)
-        return grown;
-    return grow(
-        slot.draws,
-        room * sizeof(VkDrawIndexedIndirectCommand),
-        VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
-}
-
-core::Result<Slot> makeSlot(gpu::Device& device)
-{
-    core::Result<gpu::Commands> commands = gpu::Commands::create(device);
-    if (!commands)
-        return tl::unexpected(commands.error());
-    core::Result<gpu::Timestamps> timestamps = gpu::Timestamps::create(device, kMostPasses + 1);
-    if (!timestamps)
-        return tl::unexpected(timestamps.error());
-    core::Result<gpu::Buffer> frame = gpu::Buffer::create(
-        device, sizeof(shared::Frame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, gpu::MemoryKind::upload);
-    if (!frame)
-        return tl::unexpected(frame.error());
-    return Slot{
-        .commands = std::move(*commands),
-        .timestamps = std::move(*timestamps),
-        .passes = {},
-        .streamed = 0,
-        .hasVoxels = false,
-        .frame = std::move(*frame),
-        .cells = {},
-        .draws = {}};
 }
 
 core::Result<void> checkOptions(const gpu::Device& device, const RendererOptions& options)

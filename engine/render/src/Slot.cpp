@@ -1,0 +1,66 @@
+#include "Slot.h"
+
+#include "shared/frame.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace isofront::render {
+
+namespace {
+
+/// Of one frame.
+constexpr std::size_t kMostPasses = 5;
+
+} // namespace
+
+core::Result<Slot> makeSlot(gpu::Device& device)
+{
+    core::Result<gpu::Commands> commands = gpu::Commands::create(device);
+    if (!commands)
+        return tl::unexpected(commands.error());
+    core::Result<gpu::Timestamps> timestamps = gpu::Timestamps::create(device, kMostPasses + 1);
+    if (!timestamps)
+        return tl::unexpected(timestamps.error());
+    core::Result<gpu::Buffer> frame = gpu::Buffer::create(
+        device, sizeof(shared::Frame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, gpu::MemoryKind::upload);
+    if (!frame)
+        return tl::unexpected(frame.error());
+    return Slot{
+        .commands = std::move(*commands),
+        .timestamps = std::move(*timestamps),
+        .passes = {},
+        .streamed = 0,
+        .hasVoxels = false,
+        .frame = std::move(*frame),
+        .cells = {},
+        .draws = {}};
+}
+
+core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t count)
+{
+    const std::size_t room = std::bit_ceil(std::max<std::size_t>(count, 256));
+    const auto grow = [&](gpu::Buffer& buffer,
+                          std::size_t bytes,
+                          VkBufferUsageFlags usage) -> core::Result<void> {
+        if (buffer.bytes() >= bytes)
+            return {};
+        core::Result<gpu::Buffer> larger =
+            gpu::Buffer::create(device, bytes, usage, gpu::MemoryKind::upload);
+        if (!larger)
+            return tl::unexpected(larger.error());
+        buffer = std::move(*larger);
+        return {};
+    };
+    if (core::Result<void> grown =
+            grow(slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+        !grown)
+        return grown;
+    return grow(
+        slot.draws,
+        room * sizeof(VkDrawIndexedIndirectCommand),
+        VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+}
+
+} // namespace isofront::render

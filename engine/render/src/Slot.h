@@ -1,0 +1,32 @@
+#pragma once
+
+#include <isofront/core/Result.h>
+#include <isofront/gpu/Buffer.h>
+#include <isofront/gpu/Commands.h>
+#include <isofront/gpu/Device.h>
+#include <isofront/gpu/Timestamps.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace isofront::render {
+
+/// What one of the frames in flight owns.
+struct Slot {
+    gpu::Commands commands;
+    gpu::Timestamps timestamps;
+    std::vector<const char*> passes; ///< that its last frame had
+    std::uint64_t streamed = 0;      ///< number of its streamed frame, until that is settled
+    bool hasVoxels = false;          ///< whether that frame shows or tests any
+    gpu::Buffer frame;               ///< a shared::Frame
+    gpu::Buffer cells;               ///< a shared::DrawnCell for each draw
+    gpu::Buffer draws;               ///< a VkDrawIndexedIndirectCommand for each draw
+};
+
+core::Result<Slot> makeSlot(gpu::Device& device);
+
+/// Makes sure that the slot, which the GPU is done with, has room for so many draws.
+core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t count);
+
+} // namespace isofront::render
