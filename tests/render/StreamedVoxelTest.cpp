@@ -1,12 +1,14 @@
 #include "render/support/VoxelFixture.h"
 
 #include <isofront/voxels/ChunkStreamer.h>
+#include <isofront/voxels/LevelTransition.h>
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -27,7 +29,7 @@ protected:
     static render::RendererOptions options()
     {
         render::RendererOptions options = VoxelFixture::options();
-        options.voxelPoolBytes = 8U << 20U;
+        options.voxelPoolBytes = 24U << 20U;
         return options;
     }
 
@@ -112,17 +114,32 @@ protected:
     }
 
     /// The picture of these chunks, brought to another renderer without a streamer.
-    VoxelShot plain(const hierarchy::View& view, std::span<const ChunkDraw> draws)
+    VoxelShot plain(
+        const hierarchy::View& view,
+        std::span<const ChunkDraw> draws,
+        VoxelWay way = VoxelWay::automatic)
     {
         const auto other = renderer(kDomain, options());
-        std::vector<Chunk> chunks;
+        std::map<voxels::ChunkKey, Chunk> known;
+        const auto chunkOf = [&](const voxels::ChunkKey& key) -> const Chunk& {
+            return known.try_emplace(key, **store->get(key)).first->second;
+        };
+        std::vector<render::VoxelTransition> transitions;
         std::vector<VoxelDraw> list;
         for (const ChunkDraw& draw : draws) {
-            chunks.push_back(**store->get(draw.key));
-            list.push_back({draw.key, draw.occlusionOnly});
+            list.push_back({draw.key, draw.occlusionOnly, draw.fades ? draw.weight : 1.0F});
+            const Chunk& chunk = chunkOf(draw.key);
+            if (draw.fades)
+                transitions.push_back(
+                    {draw.key, *voxels::transitionNodes(chunk, chunkOf(draw.key.parent()))});
         }
+        std::vector<Chunk> chunks;
+        for (const auto& [key, chunk] : known)
+            chunks.push_back(chunk);
         add(*other, chunks);
-        return shootVoxels(*other, view, {.lattice = lattice, .draws = list}, kScene);
+        const auto added = other->addTransitions(transitions);
+        EXPECT_TRUE(added) << added.error().message;
+        return shootVoxels(*other, view, {.lattice = lattice, .draws = list, .way = way}, kScene);
     }
 
     voxels::VoxelLattice lattice;
@@ -136,7 +153,7 @@ protected:
 };
 
 /// A wall with boxes behind it, and one box beside it.
-std::shared_ptr<const voxels::ChunkStore> wallAndBoxes()
+std::shared_ptr<const voxels::ChunkStore> wallAndBoxes(bool coloured = false)
 {
     voxels::TriangleModel model;
     const auto addBox = [&](const glm::dvec3& low, const glm::dvec3& high) {
@@ -158,6 +175,8 @@ std::shared_ptr<const voxels::ChunkStore> wallAndBoxes()
         for (const double z : {-0.2, 0.15})
             addBox({x - 0.02, 0.9, z - 0.02}, {x + 0.02, 1.1, z + 0.02});
     addBox({0.85, 0.9, 0.0}, {0.9, 0.95, 0.05});
+    for (std::size_t i = 0; coloured && i < model.positions.size(); ++i)
+        model.colours.push_back(0xff4080ffU - 0x1fU * static_cast<std::uint32_t>(i % 8));
     return stored(model, 1024);
 }
 
@@ -186,6 +205,129 @@ TEST_F(StreamedVoxels, areDrawnWhereTheStreamerHasPlacedThem)
         EXPECT_EQ(image->rgba, expected.image.rgba) << "frame " << i;
     }
     EXPECT_GT(evicted, 0U);
+}
+
+TEST_F(StreamedVoxels, fadeAsThoseThatWereAddedDo)
+{
+    for (const bool coloured : {false, true}) {
+        ASSERT_NO_FATAL_FAILURE(open(
+            wallAndBoxes(coloured),
+            {.voxelPixels = 0.5,
+             .occlusion = false,
+             .continuous = true,
+             .cacheBytes = (coloured ? 3600U : 3000U) << 10U,
+             .uploadBytes = 1U << 20U}));
+        evicted = 0;
+        std::size_t faded = 0;
+        for (int i = 0; i < 40; ++i) {
+            const double angle = 0.3 * i;
+            const glm::dvec3 eye(0.1, 0.5, 0.05);
+            const glm::dvec3 ahead(std::cos(angle), std::sin(angle), 0.1);
+            const hierarchy::View view = lookingAt(eye, eye + ahead, 64, 48);
+            const std::vector<ChunkDraw> draws = next(view);
+            if (i % 10 != 9)
+                continue; // frames in flight
+            faded += static_cast<std::size_t>(std::ranges::count(draws, true, &ChunkDraw::fades));
+            const auto depth = shown->readDepth();
+            const auto image = shown->readImage();
+            ASSERT_TRUE(depth && image);
+            const VoxelShot expected = plain(view, draws);
+            EXPECT_EQ(*depth, expected.depth) << "frame " << i;
+            EXPECT_EQ(image->rgba, expected.image.rgba) << "frame " << i;
+        }
+        EXPECT_GT(evicted, 0U);
+        EXPECT_GT(faded, 0U);
+    }
+}
+
+TEST_F(StreamedVoxels, changeLittleByLittleBetweenLevels)
+{
+    // A pebble over a corner where chunks meet, and a speck far away, so that there are more
+    // levels.
+    voxels::TriangleModel pebble = tests::hillySphere(24, 0.1, 0.018);
+    const auto first = static_cast<std::uint32_t>(pebble.positions.size());
+    for (const double at : {-1.0, 1.0})
+        pebble.positions.push_back(glm::dvec3(at));
+    pebble.triangles.push_back({first, first, first});
+    pebble.triangles.push_back({first + 1, first + 1, first + 1});
+    const auto model = stored(pebble, 560);
+    const hierarchy::View view = lookingAt({0.24, -0.42, 0.15}, {0, 0, 0}, 80, 60);
+    voxels::StreamingSettings settings{
+        .voxelPixels = 0.1, .occlusion = false, .continuous = true, .cacheBytes = 24U << 20U};
+    ASSERT_NO_FATAL_FAILURE(open(model, settings));
+    // A bound by which all that is drawn is on its way.
+    settings.voxelPixels = 0;
+    for (const ChunkDraw& draw : settle(view))
+        settings.voxelPixels = std::max(settings.voxelPixels, 1.05 * draw.voxelPixels);
+    ASSERT_NO_FATAL_FAILURE(open(model, settings));
+    std::vector<ChunkDraw> draws = settle(view);
+    ASSERT_FALSE(draws.empty());
+    ASSERT_TRUE(std::ranges::all_of(draws, &ChunkDraw::fades));
+
+    std::vector<ChunkDraw> parents;
+    for (ChunkDraw draw : draws) {
+        draw.key = draw.key.parent();
+        draw.fades = false;
+        if (std::ranges::find(parents, draw.key, &ChunkDraw::key) == parents.end())
+            parents.push_back(draw);
+    }
+    for (const VoxelWay way : kWays) {
+        std::vector<std::vector<std::uint8_t>> images;
+        std::vector<std::vector<float>> depths;
+        const auto shoot = [&] {
+            drawPlaced(view, draws, way);
+            images.push_back(shown->readImage()->rgba);
+            depths.push_back(*shown->readDepth());
+        };
+        constexpr int kSteps = 32;
+        for (int step = 0; step <= kSteps; ++step) {
+            for (ChunkDraw& draw : draws)
+                draw.weight = static_cast<float>(step) / kSteps;
+            shoot();
+            if (step == kSteps / 2) {
+                EXPECT_EQ(plain(view, draws, way).image.rgba, images.back());
+            }
+        }
+        for (ChunkDraw& draw : draws)
+            draw.fades = false;
+        shoot(); // as if it had switched at once
+        for (ChunkDraw& draw : draws)
+            draw.fades = true;
+        EXPECT_EQ(images[kSteps], images[kSteps + 1]);
+        EXPECT_EQ(depths[kSteps], depths[kSteps + 1]);
+        const auto differs = [](float a, float b) {
+            return std::abs(a - b) > 1e-4F * std::max(a, b);
+        };
+        const std::vector<float> coarse = plain(view, parents, way).depth;
+        std::size_t odd = 0;
+        for (std::size_t i = 0; i < coarse.size(); ++i)
+            odd += differs(coarse[i], depths[0][i]) ? 1U : 0U;
+        // the same cubes in eight parts: rounding at edges
+        EXPECT_LT(odd, coarse.size() / 200);
+
+        const auto difference = [&](std::size_t a, std::size_t b) {
+            double sum = 0;
+            for (std::size_t i = 0; i < images[a].size(); ++i)
+                sum += std::abs(images[a][i] - images[b][i]);
+            return sum;
+        };
+        const double whole = difference(0, kSteps);
+        double most = 0;
+        std::size_t nearer = 0;
+        for (std::size_t step = 0; step < kSteps; ++step) {
+            most = std::max(most, difference(step, step + 1));
+            // what is finer lies within what is coarser: nothing opens but at the outline
+            for (std::size_t i = 0; i < coarse.size(); ++i)
+                nearer += depths[step + 1][i] > depths[step][i] &&
+                                  differs(depths[step + 1][i], depths[step][i])
+                              ? 1U
+                              : 0U;
+        }
+        EXPECT_GT(whole, 0);
+        EXPECT_LT(most, whole / 8);
+        EXPECT_LT(nearer, coarse.size() / 200);
+        RecordProperty("largest_step", std::to_string(most / whole));
+    }
 }
 
 TEST_F(StreamedVoxels, hideNothingThatCanBeSeenAndDrawNothingHidden)

@@ -1,8 +1,10 @@
 #include "BlockScene.h"
+#include "Models.h"
 #include "SimulatedDevice.h"
 #include "support/Random.h"
 
 #include <isofront/voxels/ChunkStreamer.h>
+#include <isofront/voxels/Voxelization.h>
 
 #include <gtest/gtest.h>
 
@@ -693,6 +695,122 @@ TEST(ChunkStreamer, changesWeightsWithoutAJump)
         before = std::move(now);
     }
     EXPECT_GT(replaced, 20);
+}
+
+/// Pebbles in a space of 128 along an edge, at four levels of detail.
+std::shared_ptr<const ChunkStore> pebbles()
+{
+    auto random = tests::random(21);
+    TriangleModel model;
+    for (int i = 0; i < 24; ++i) {
+        const glm::dvec3 centre(
+            tests::uniform(random, 0, 128),
+            tests::uniform(random, 0, 128),
+            tests::uniform(random, 0, 128));
+        const TriangleModel one = tests::hillySphere(6, 1.5, 0.4, centre);
+        const auto first = static_cast<std::uint32_t>(model.positions.size());
+        model.positions.insert(model.positions.end(), one.positions.begin(), one.positions.end());
+        for (const auto& triangle : one.triangles)
+            model.triangles.push_back(
+                {first + triangle[0], first + triangle[1], first + triangle[2]});
+    }
+    auto store = memoryStore();
+    const auto jobs = core::makeJobs(core::JobsBackend::threads, 2);
+    const auto report = voxelize(model, {.resolution = 2000}, *store, *jobs);
+    EXPECT_TRUE(report) << report.error().message;
+    EXPECT_FALSE(store->finish({.name = "pebbles", .lattice = report->lattice}));
+    return store;
+}
+
+TEST(ChunkStreamer, keepsWhatFadingChunksRead)
+{
+    const auto store = pebbles();
+    auto random = tests::random(22);
+    StreamingSettings settings = settingsFor(0.02, 2U << 20U);
+    settings.continuous = true;
+    settings.uploadBytes = 200'000;
+    settings.moveBytes = 400'000;
+    settings.hostBytes = 1'000'000;
+    std::uint64_t evictions = 0;
+    for (const Feedback feedback : {Feedback::none, Feedback::random}) {
+        Flight flight(store, settings);
+        flight.feedback = feedback;
+        flight.hasSecondPass = true;
+        const ChunkTree& tree = flight.streamer->tree();
+        bool hasBegun = false;
+        for (int leg = 0; leg < tests::trials(8); ++leg) {
+            const BlockCamera from = anyCamera(random, 128);
+            const BlockCamera to = anyCamera(random, 128);
+            flight.latency = 1 + tests::below(random, 3);
+            for (int i = 0; i < 30; ++i) {
+                BlockCamera camera = from;
+                camera.eye += (to.eye - from.eye) * (i / 30.0);
+                camera.forward += (to.forward - from.forward) * (i / 30.0);
+                const ChunkFrame& frame = flight.step(camera);
+                evictions += frame.evictions.size();
+                hasBegun |= !frame.draws.empty();
+                if (hasBegun)
+                    expectClosed(frame, tree, camera.view());
+                EXPECT_LE(frame.residentBytes, settings.cacheBytes);
+                for (const ChunkDraw& draw : frame.draws)
+                    EXPECT_EQ(
+                        draw.fades, draw.weight < 1 && !draw.occlusionOnly && draw.index != 0);
+            }
+        }
+        EXPECT_GT(flight.device.faded, 1000U);
+        EXPECT_GT(flight.device.moved, 0U);
+    }
+    EXPECT_GT(evictions, 50U);
+}
+
+TEST(ChunkStreamer, choosesTheSameWhetherChunksFade)
+{
+    const auto store = pebbles();
+    auto random = tests::random(23);
+    StreamingSettings settings = settingsFor(0.03, 64U << 20U);
+    settings.uploadBytes = settings.hostBytes = 64U << 20U;
+    Flight hard(store, settings);
+    settings.continuous = true;
+    Flight soft(store, settings);
+    hard.feedback = soft.feedback = Feedback::none;
+    for (int trial = 0; trial < tests::trials(4); ++trial) {
+        const BlockCamera camera = anyCamera(random, 128);
+        hard.settle(camera);
+        soft.settle(camera);
+        const ChunkFrame& a = hard.step(camera);
+        const ChunkFrame& b = soft.step(camera);
+        EXPECT_TRUE(
+            std::ranges::equal(a.draws, b.draws, [](const ChunkDraw& p, const ChunkDraw& q) {
+                return p.index == q.index && p.weight == q.weight && !p.fades;
+            }));
+        EXPECT_LT(a.wantedBytes, b.wantedBytes) << "transitions are counted";
+    }
+    EXPECT_EQ(hard.device.faded, 0U);
+    EXPECT_GT(soft.device.faded, 0U);
+}
+
+TEST(ChunkStreamer, fadesNothingFromParentsThatAreNotThere)
+{
+    auto random = tests::random(24);
+    StreamingSettings settings = settingsFor(0.03, 64U << 20U);
+    settings.continuous = true;
+    settings.uploadBytes = settings.hostBytes = 64U << 20U;
+    const auto whole = pebbles();
+    // a store without its coarsest chunk, and one whose parents don't contain their children
+    const ChunkKey root{whole->model().lattice.levels - 1, 0, 0, 0};
+    Flight rootless(std::make_shared<DamagedStore>(whole, std::set<ChunkKey>{root}), settings);
+    Flight odd(shared(tests::city(4, 4, false)), settings);
+    rootless.feedback = odd.feedback = Feedback::none;
+    for (int trial = 0; trial < tests::trials(4); ++trial) {
+        const BlockCamera camera = anyCamera(random, 128);
+        odd.settle(camera);
+        EXPECT_FALSE(odd.step(camera).draws.empty());
+        for (int i = 0; i < 20; ++i)
+            for (const ChunkDraw& draw : rootless.step(camera).draws)
+                EXPECT_TRUE(!draw.fades || draw.key.level + 1 < root.level);
+    }
+    EXPECT_EQ(odd.device.faded, 0U);
+    EXPECT_GT(rootless.device.faded, 0U);
 }
 
 TEST(ChunkStreamer, refusesWhatMakesNoSense)

@@ -74,6 +74,12 @@ TEST(ChunkTree, refusesWhatIsNoTree)
         EXPECT_TRUE(refused(other, lattice)) << "empty";
         other[i].voxels = 0x1000001;
         EXPECT_TRUE(refused(other, lattice)) << "more than there is room for";
+        for (const std::uint32_t parents :
+             {0U, (directory[i].voxels - 1) / 8, directory[i].voxels + 1, 0xffffffffU}) {
+            other = directory;
+            other[i].parents = parents;
+            EXPECT_TRUE(refused(other, lattice)) << parents << " parents";
+        }
         other = directory;
         other[i].low[1] = 200;
         other[i].high[1] = 100;

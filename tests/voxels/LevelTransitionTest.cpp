@@ -1,6 +1,7 @@
 #include "Models.h"
 #include "support/Random.h"
 
+#include <isofront/voxels/ChunkDirectory.h>
 #include <isofront/voxels/LevelTransition.h>
 #include <isofront/voxels/Voxelization.h>
 
@@ -217,6 +218,9 @@ TEST(TransitionNodes, areTheMissingChildrenWithTheirParents)
             }
         }
         ASSERT_EQ(next, nodes.redundant.size());
+        // known before the chunk is read
+        ASSERT_EQ(entryOf(chunk).parents, children.size());
+        ASSERT_EQ(entryOf(chunk).redundant(), next);
     }
     EXPECT_GE(chunks, 4U);
 }

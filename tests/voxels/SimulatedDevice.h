@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/voxels/ChunkStreamer.h>
+#include <isofront/voxels/LevelTransition.h>
 
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace isofront::tests {
@@ -58,15 +60,19 @@ public:
                 std::memmove(_memory.data() + move.to, _memory.data() + move.from, move.bytes);
             }
             for (const voxels::ChunkDraw& draw : _frames.front().draws) {
-                const std::vector<std::byte>& bytes = bytesOf(draw.key, streamer);
-                ASSERT_EQ(std::memcmp(_memory.data() + draw.offset, bytes.data(), bytes.size()), 0)
-                    << "level " << draw.key.level << " in frame " << _frames.front().number;
+                expectAt(draw.offset, bytesOf(draw.key, streamer), draw);
+                if (!draw.fades)
+                    continue;
+                expectAt(draw.transitionOffset, transitionOf(draw.key), draw);
+                expectAt(draw.parentOffset, bytesOf(draw.key.parent(), streamer), draw);
+                ++faded;
             }
         }
     }
 
     std::uint64_t uploaded = 0; ///< [bytes]
     std::uint64_t moved = 0;    ///< chunks
+    std::uint64_t faded = 0;    ///< draws of chunks on their way from their parents
 
 private:
     struct Frame {
@@ -74,6 +80,28 @@ private:
         std::vector<voxels::ChunkMove> moves;
         std::vector<voxels::ChunkDraw> draws;
     };
+
+    void expectAt(
+        std::uint64_t offset, const std::vector<std::byte>& bytes, const voxels::ChunkDraw& draw)
+    {
+        ASSERT_LE(offset + bytes.size(), _memory.size());
+        ASSERT_EQ(std::memcmp(_memory.data() + offset, bytes.data(), bytes.size()), 0)
+            << "level " << draw.key.level << " in frame " << _frames.front().number;
+    }
+
+    const std::vector<std::byte>& transitionOf(const voxels::ChunkKey& key)
+    {
+        std::vector<std::byte>& bytes = _transitions[key];
+        if (bytes.empty()) {
+            const voxels::TransitionNodes nodes =
+                *voxels::transitionNodes(**_store->get(key), **_store->get(key.parent()));
+            for (const auto* words : {&nodes.parents, &nodes.redundant}) {
+                const auto raw = std::as_bytes(std::span(*words));
+                bytes.insert(bytes.end(), raw.begin(), raw.end());
+            }
+        }
+        return bytes;
+    }
 
     const std::vector<std::byte>&
     bytesOf(const voxels::ChunkKey& key, const voxels::ChunkStreamer& streamer)
@@ -92,6 +120,7 @@ private:
     std::vector<std::byte> _memory;
     std::deque<Frame> _frames;
     std::map<voxels::ChunkKey, std::vector<std::byte>> _bytes;
+    std::map<voxels::ChunkKey, std::vector<std::byte>> _transitions;
 };
 
 } // namespace isofront::tests

@@ -451,13 +451,11 @@ core::Result<std::vector<PlacedChunk>> Renderer::Parts::listChunks(const VoxelSc
         return refused("streamed chunks are drawn with their tree, and without others besides");
     std::vector<PlacedChunk> chunks;
     for (const voxels::ChunkDraw& draw : shown.placed) {
-        chunks.push_back(placed(draw, *shown.tree));
-        const std::uint64_t words =
-            std::uint64_t{draw.voxels} * (chunks.back().firstColour != 0 ? 3 : 2);
-        if (draw.offset / 4 + words > voxels->store.buffer().bytes() / 4)
+        if (!isWithin(draw, *shown.tree, voxels->store.buffer().bytes()))
             return refused(
                 "a streamed chunk lies outside the renderer's voxel pool; make the streamer's "
                 "cache no larger than that");
+        chunks.push_back(placed(draw, *shown.tree));
     }
     for (const VoxelDraw& draw : shown.draws) {
         const PlacedChunk* chunk = voxels->store.find(draw.key);

@@ -82,6 +82,14 @@ void copyInto(std::span<std::byte> place, const VoxelTransition& transition)
             nodes.redundant.size() * sizeof(std::uint32_t));
 }
 
+/// Redundant nodes fill whole voxels of the parent.
+void fillParents(PlacedChunk& chunk)
+{
+    constexpr std::uint32_t kLowest = voxels::packPlace(1, 1, 1, 0);
+    chunk.low &= ~kLowest;
+    chunk.high |= kLowest;
+}
+
 std::string nameOf(const voxels::ChunkKey& key)
 {
     return "chunk " + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
@@ -93,8 +101,11 @@ std::string nameOf(const voxels::ChunkKey& key)
 PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree)
 {
     const voxels::ChunkEntry& entry = tree[draw.index].entry;
-    const auto firstWord = static_cast<std::uint32_t>(draw.offset / sizeof(std::uint32_t));
-    return {
+    const auto wordAt = [](std::uint64_t offset) {
+        return static_cast<std::uint32_t>(offset / sizeof(std::uint32_t));
+    };
+    const std::uint32_t firstWord = wordAt(draw.offset);
+    PlacedChunk chunk{
         .key = draw.key,
         .firstWord = firstWord,
         .firstColour = entry.coloured ? firstWord + 2 * draw.voxels : 0,
@@ -102,6 +113,35 @@ PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree)
         .low = voxels::packPlace(entry.low[0], entry.low[1], entry.low[2], 0),
         .high = voxels::packPlace(entry.high[0], entry.high[1], entry.high[2], 0),
         .occlusionOnly = draw.occlusionOnly};
+    const voxels::ChunkIndex parent = tree[draw.index].parent;
+    if (!draw.fades || parent == voxels::kNoChunk)
+        return chunk;
+    const voxels::ChunkEntry& above = tree[parent].entry;
+    chunk.weight = draw.weight;
+    chunk.firstParent = wordAt(draw.transitionOffset);
+    chunk.redundant = entry.redundant();
+    chunk.parentWord = wordAt(draw.parentOffset);
+    chunk.parentColour = above.coloured ? chunk.parentWord + 2 * above.voxels : 0;
+    fillParents(chunk);
+    return chunk;
+}
+
+bool isWithin(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree, std::uint64_t bytes)
+{
+    const auto fits = [&](std::uint64_t offset, std::uint64_t words) {
+        return offset <= bytes && words <= (bytes - offset) / sizeof(std::uint32_t);
+    };
+    const auto wordsOf = [](const voxels::ChunkEntry& entry) {
+        return std::uint64_t{entry.voxels} * (entry.coloured ? 3 : 2);
+    };
+    const voxels::ChunkTree::Node& node = tree[draw.index];
+    if (!fits(draw.offset, wordsOf(node.entry)))
+        return false;
+    if (!draw.fades || node.parent == voxels::kNoChunk)
+        return true;
+    const std::uint64_t redundant = node.entry.redundant();
+    return fits(draw.transitionOffset, node.entry.voxels + 2 * redundant) &&
+           fits(draw.parentOffset, wordsOf(tree[node.parent].entry));
 }
 
 VoxelStore::VoxelStore(gpu::Device& device, gpu::Buffer buffer, gpu::SlabPool pool)
@@ -297,10 +337,7 @@ void VoxelStore::fade(PlacedChunk& chunk, float weight) const
     chunk.redundant = own->second.redundant;
     chunk.parentWord = parent->second.placed.firstWord;
     chunk.parentColour = parent->second.placed.firstColour;
-    // redundant nodes fill whole voxels of the parent
-    constexpr std::uint32_t kLowest = voxels::packPlace(1, 1, 1, 0);
-    chunk.low &= ~kLowest;
-    chunk.high |= kLowest;
+    fillParents(chunk);
 }
 
 void VoxelStore::retire(const StoredChunk& chunk)

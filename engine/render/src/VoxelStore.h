@@ -39,6 +39,8 @@ struct PlacedChunk {
 
 /// Of a chunk that a streamer has placed. Not sound if it doesn't lie in the pool.
 PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree);
+/// Whether all that drawing it reads lies in a pool of so many bytes.
+bool isWithin(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree, std::uint64_t bytes);
 
 /// What chunks lie at multiples of [bytes].
 inline constexpr std::uint32_t kPoolUnit = 16;

@@ -2,8 +2,34 @@
 #include <isofront/voxels/ChunkDirectory.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 
 namespace isofront::voxels {
+
+namespace {
+
+/// How many voxels of the next coarser level contain those of a chunk.
+std::uint32_t parentsOf(const Chunk& chunk)
+{
+    // of two layers, one bit for each parent: layers follow each other
+    std::array<std::uint64_t, 256> layer{};
+    std::uint32_t z = kChunkEdge;
+    std::uint32_t count = 0;
+    for (const Voxel& voxel : chunk.voxels) {
+        if (z != voxel.z() / 2) {
+            z = voxel.z() / 2;
+            layer.fill(0);
+        }
+        const std::uint32_t place = voxel.y() / 2 * (kChunkEdge / 2) + voxel.x() / 2;
+        const std::uint64_t bit = std::uint64_t{1} << (place % 64);
+        count += (layer[place / 64] & bit) == 0 ? 1U : 0U;
+        layer[place / 64] |= bit;
+    }
+    return count;
+}
+
+} // namespace
 
 FaceAttributes attributesOf(const Chunk& chunk, std::size_t voxel, Face face)
 {
@@ -48,6 +74,7 @@ ChunkEntry entryOf(const Chunk& chunk)
     entry.faceSets = static_cast<std::uint32_t>(chunk.faceSets.size());
     entry.faceAttributes = static_cast<std::uint32_t>(chunk.faceAttributes.size());
     entry.bytes = chunk.bytes();
+    entry.parents = parentsOf(chunk);
     entry.low = {255, 255, 255};
     for (const Voxel& voxel : chunk.voxels) {
         const std::array<std::uint32_t, 3> place{voxel.x(), voxel.y(), voxel.z()};

@@ -172,7 +172,7 @@ core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKe
 namespace {
 
 constexpr std::uint32_t kDirectoryMagic = 0x44564649; // "IFVD"
-constexpr std::uint32_t kDirectoryVersion = 1;
+constexpr std::uint32_t kDirectoryVersion = 2;
 
 struct DirectoryHeader {
     std::uint32_t magic = kDirectoryMagic;
@@ -190,11 +190,11 @@ struct StoredEntry {
     std::uint32_t voxels = 0; ///< how many; the highest bit says that there are colours
     std::uint32_t faceSets = 0;
     std::uint32_t faceAttributes = 0;
-    std::uint32_t unused = 0;
+    std::uint32_t parents = 0;
     std::uint64_t bytes = 0;
     std::array<std::uint8_t, 3> low{};
     std::array<std::uint8_t, 3> high{};
-    std::array<std::uint8_t, 2> unusedToo{};
+    std::array<std::uint8_t, 2> unused{};
 };
 static_assert(sizeof(StoredEntry) == 48);
 
@@ -219,7 +219,7 @@ std::vector<std::byte> encoded(std::span<const ChunkEntry> directory)
             entry.voxels | (entry.coloured ? kColoured : 0),
             entry.faceSets,
             entry.faceAttributes,
-            0,
+            entry.parents,
             entry.bytes,
             entry.low,
             entry.high,
@@ -247,7 +247,9 @@ core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte
     if (header.magic != kDirectoryMagic)
         return fail("it doesn't begin as one");
     if (header.version != kDirectoryVersion)
-        return fail("its version is " + std::to_string(header.version) + ", not 1");
+        return fail(
+            "its version is " + std::to_string(header.version) + ", not " +
+            std::to_string(kDirectoryVersion));
     const std::span<const std::byte> body = bytes.subspan(sizeof(DirectoryHeader));
     if (body.size() != std::size_t{header.entries} * sizeof(StoredEntry))
         return fail(
@@ -268,7 +270,8 @@ core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte
              stored.faceAttributes,
              stored.bytes,
              stored.low,
-             stored.high});
+             stored.high,
+             stored.parents});
     }
     return directory;
 }

@@ -1,6 +1,7 @@
 #include "ChunkLoader.h"
 
 #include "ChunkCodec.h"
+#include "isofront/voxels/LevelTransition.h"
 
 #include <algorithm>
 #include <cstring>
@@ -9,12 +10,32 @@
 
 namespace isofront::voxels {
 
+namespace {
+
+/// Parents that stay while their children are loaded: as many as a few workers may be in.
+constexpr std::size_t kParentsKept = 4;
+
+} // namespace
+
+std::uint64_t transitionOffset(const ChunkForm& form, const ChunkEntry& entry)
+{
+    constexpr std::uint64_t kWord = sizeof(std::uint32_t);
+    return (form.bytes(entry) + kWord - 1) / kWord * kWord;
+}
+
+std::uint64_t transitionBytes(const ChunkEntry& entry)
+{
+    return (entry.voxels + 2 * std::uint64_t{entry.redundant()}) * sizeof(std::uint32_t);
+}
+
 ChunkLoader::ChunkLoader(
     std::shared_ptr<const ChunkStore> store,
     const ChunkTree& tree,
     ChunkForm form,
+    bool transitions,
     std::shared_ptr<core::Jobs> jobs)
-    : _store(std::move(store)), _tree(tree), _form(std::move(form)), _jobs(std::move(jobs))
+    : _store(std::move(store)), _tree(tree), _form(std::move(form)), _transitions(transitions),
+      _jobs(std::move(jobs))
 {
 }
 
@@ -65,10 +86,10 @@ void ChunkLoader::work()
         _wanted.pop_front();
         _running.insert(index);
         lock.unlock();
-        auto data = load(index);
+        Loaded loaded = load(index);
         lock.lock();
         _running.erase(index);
-        _loaded.push_back({index, std::move(data)});
+        _loaded.push_back(std::move(loaded));
         _changed.notify_all();
     }
     --_workers;
@@ -76,26 +97,65 @@ void ChunkLoader::work()
     _changed.notify_all();
 }
 
-core::Result<std::shared_ptr<const std::vector<std::byte>>>
-ChunkLoader::load(ChunkIndex index) const
+ChunkLoader::Loaded ChunkLoader::load(ChunkIndex index)
 {
     const ChunkEntry& entry = _tree[index].entry;
-    const auto fail = [&](const char* why) {
-        return core::failure(
-            core::ErrorCode::badData,
-            _store->model().name + ": " + nameOf(entry.key) + " is damaged: " + why);
+    const auto fail = [&](const char* why) -> Loaded {
+        return {
+            index,
+            core::failure(
+                core::ErrorCode::badData,
+                _store->model().name + ": " + nameOf(entry.key) + " is damaged: " + why)};
     };
     const auto chunk = _store->get(entry.key);
     if (!chunk)
-        return tl::unexpected(chunk.error());
+        return {index, tl::unexpected(chunk.error())};
     if (!*chunk)
         return fail("it is missing");
     // the directory has said how much room there is to be
     if (entryOf(**chunk) != entry)
         return fail("it is not what the directory says");
-    auto data = std::make_shared<std::vector<std::byte>>(_form.bytes(entry));
-    _form.pack(**chunk, *data);
-    return data;
+    const std::uint64_t own = _form.bytes(entry);
+    const bool fades = _transitions && _tree[index].parent != kNoChunk;
+    const std::uint64_t behind = fades ? transitionOffset(_form, entry) : own;
+    auto data =
+        std::make_shared<std::vector<std::byte>>(behind + (fades ? transitionBytes(entry) : 0));
+    _form.pack(**chunk, std::span(*data).first(own));
+    const bool has = fades && addTransition(index, **chunk, std::span(*data).subspan(behind));
+    return {index, std::move(data), has};
+}
+
+std::shared_ptr<const Chunk> ChunkLoader::parentOf(ChunkIndex index)
+{
+    const ChunkIndex parent = _tree[index].parent;
+    {
+        const std::lock_guard lock(_mutex);
+        const auto found = std::ranges::find(_parents, parent, &Parent::index);
+        if (found != _parents.end())
+            return found->chunk;
+    }
+    auto read = _store->get(_tree[parent].entry.key);
+    if (!read || !*read || entryOf(**read) != _tree[parent].entry)
+        return nullptr; // found damaged when it is itself wanted
+    auto chunk = std::make_shared<const Chunk>(std::move(**read));
+    const std::lock_guard lock(_mutex);
+    _parents.push_back({parent, chunk});
+    if (_parents.size() > kParentsKept)
+        _parents.pop_front();
+    return chunk;
+}
+
+bool ChunkLoader::addTransition(ChunkIndex index, const Chunk& chunk, std::span<std::byte> data)
+{
+    const std::shared_ptr<const Chunk> parent = parentOf(index);
+    const auto nodes = parent ? transitionNodes(chunk, *parent) : TransitionNodes();
+    if (!nodes || nodes->bytes() != data.size())
+        return false;
+    const std::size_t parents = nodes->parents.size() * sizeof(std::uint32_t);
+    std::memcpy(data.data(), nodes->parents.data(), parents);
+    if (!nodes->redundant.empty())
+        std::memcpy(data.data() + parents, nodes->redundant.data(), data.size() - parents);
+    return true;
 }
 
 ChunkForm standardForm()

@@ -8,9 +8,15 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <span>
 #include <vector>
 
 namespace isofront::voxels {
+
+/// Where a chunk's transition begins behind the chunk [bytes].
+std::uint64_t transitionOffset(const ChunkForm& form, const ChunkEntry& entry);
+/// What a transition takes [bytes].
+std::uint64_t transitionBytes(const ChunkEntry& entry);
 
 /// Reads chunks from a store in the background and gives them the form in which they lie on the
 /// device, in the order in which they are wanted.
@@ -22,13 +28,16 @@ public:
         ChunkIndex index = 0;
         /// Or why the chunk can't be used.
         core::Result<std::shared_ptr<const std::vector<std::byte>>> data;
+        bool hasTransition = false; ///< its parent could be read, and contains it
     };
 
-    /// @param tree  outlives the loader
+    /// @param tree         outlives the loader
+    /// @param transitions  whether they come behind chunks that have a parent
     ChunkLoader(
         std::shared_ptr<const ChunkStore> store,
         const ChunkTree& tree,
         ChunkForm form,
+        bool transitions,
         std::shared_ptr<core::Jobs> jobs);
     ChunkLoader(const ChunkLoader&) = delete;
     ChunkLoader& operator=(const ChunkLoader&) = delete;
@@ -45,12 +54,15 @@ public:
 
 private:
     void work();
-    [[nodiscard]] core::Result<std::shared_ptr<const std::vector<std::byte>>>
-    load(ChunkIndex index) const;
+    [[nodiscard]] Loaded load(ChunkIndex index);
+    /// Null if it can't be read. Siblings come together: the last few stay.
+    std::shared_ptr<const Chunk> parentOf(ChunkIndex index);
+    bool addTransition(ChunkIndex index, const Chunk& chunk, std::span<std::byte> data);
 
     std::shared_ptr<const ChunkStore> _store;
     const ChunkTree& _tree;
     ChunkForm _form;
+    bool _transitions;
     std::shared_ptr<core::Jobs> _jobs;
     std::mutex _mutex;
     std::condition_variable _changed; ///< something is loaded, or a worker has left
@@ -58,6 +70,11 @@ private:
     std::set<ChunkIndex> _running;
     std::vector<Loaded> _loaded;
     std::size_t _workers = 0;
+    struct Parent {
+        ChunkIndex index = 0;
+        std::shared_ptr<const Chunk> chunk;
+    };
+    std::deque<Parent> _parents; ///< read last, last
 };
 
 } // namespace isofront::voxels

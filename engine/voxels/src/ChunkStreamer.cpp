@@ -45,7 +45,8 @@ public:
               _bytes.empty() ? 0 : _bytes.front(),
               _bytes.empty() ? 0 : *std::ranges::max_element(_bytes)),
           _selection(_tree, settings), _isResident(_tree.size(), false),
-          _lastWanted(_tree.size(), 0), _loader(store, _tree, settings.form, std::move(jobs))
+          _hasTransition(_tree.size(), false), _lastWanted(_tree.size(), 0),
+          _loader(store, _tree, settings.form, settings.continuous, std::move(jobs))
     {
     }
 
@@ -109,6 +110,7 @@ private:
         for (ChunkLoader::Loaded& loaded : _loader.take()) {
             if (loaded.data) {
                 _ready[loaded.index] = *loaded.data;
+                _hasTransition[loaded.index] = loaded.hasTransition;
                 continue;
             }
             _frame.damaged.push_back(loaded.data.error());
@@ -251,6 +253,15 @@ private:
         for (ChunkDraw& draw : draws) {
             draw.offset = _cache.offsetOf(draw.index);
             _cache.use(draw.index);
+            const ChunkIndex parent = _tree[draw.index].parent;
+            draw.fades = draw.weight < 1 && !draw.occlusionOnly && _hasTransition[draw.index] &&
+                         parent != kNoChunk && _isResident[parent];
+            if (!draw.fades)
+                continue;
+            draw.transitionOffset =
+                draw.offset + transitionOffset(_settings.form, _tree[draw.index].entry);
+            draw.parentOffset = _cache.offsetOf(parent);
+            _cache.use(parent); // read for this frame, too
         }
     }
 
@@ -282,6 +293,7 @@ private:
     ChunkFrame _frame;
     std::uint64_t _tick = 0;
     std::vector<bool> _isResident;          ///< drawable; parents before their children
+    std::vector<bool> _hasTransition;       ///< of those that are loaded
     std::vector<std::uint64_t> _lastWanted; ///< tick
     std::vector<ChunkSelection::Wanted> _wanted;
     std::vector<ChunkSelection::Wanted> _scratch;
@@ -316,8 +328,13 @@ core::Result<std::unique_ptr<ChunkStreamer>> ChunkStreamer::create(
     if (!tree)
         return tl::unexpected(tree.error().within(store->model().name));
     std::vector<std::uint64_t> bytes(tree->size());
-    for (ChunkIndex i = 0; i < tree->size(); ++i)
-        bytes[i] = alignedBytes(settings.form.bytes((*tree)[i].entry));
+    for (ChunkIndex i = 0; i < tree->size(); ++i) {
+        const ChunkEntry& entry = (*tree)[i].entry;
+        const bool fades = settings.continuous && (*tree)[i].parent != kNoChunk;
+        bytes[i] = alignedBytes(
+            fades ? transitionOffset(settings.form, entry) + transitionBytes(entry)
+                  : settings.form.bytes(entry));
+    }
     if (!bytes.empty() && bytes.front() > settings.cacheBytes)
         return core::failure(
             core::ErrorCode::resourceLimit,

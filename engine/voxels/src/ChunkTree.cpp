@@ -53,6 +53,8 @@ ChunkTree::create(const VoxelLattice& lattice, std::span<const ChunkEntry> direc
             return fail(key, "lies outside the model");
         if (entry.voxels == 0 || entry.voxels > kMostVoxels)
             return fail(key, "has a number of voxels that makes no sense");
+        if (entry.parents > entry.voxels || entry.parents < (entry.voxels + 7) / 8)
+            return fail(key, "has a number of parents that makes no sense");
         for (std::size_t axis = 0; axis < 3; ++axis)
             if (entry.low[axis] > entry.high[axis])
                 return fail(key, "has no extent");

@@ -19,6 +19,11 @@ struct ChunkEntry {
     /// The least and greatest places of its voxels along each axis, both inclusive: a tight box.
     std::array<std::uint8_t, 3> low{};
     std::array<std::uint8_t, 3> high{};
+    /// How many voxels of the parent chunk contain them: an eighth of `voxels` to all of it.
+    std::uint32_t parents = 0;
+
+    /// How many nodes its transition has beside its voxels (TransitionNodes::redundant).
+    [[nodiscard]] constexpr std::uint32_t redundant() const { return 8 * parents - voxels; }
 
     friend bool operator==(const ChunkEntry&, const ChunkEntry&) = default;
 };
