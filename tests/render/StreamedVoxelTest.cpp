@@ -375,6 +375,34 @@ TEST_F(StreamedVoxels, hideNothingThatCanBeSeenAndDrawNothingHidden)
     EXPECT_NE(early, exact) << "the first pass alone would have been enough";
 }
 
+TEST_F(StreamedVoxels, takeOverThePoolFromAddedChunksAndGiveItBack)
+{
+    ASSERT_NO_FATAL_FAILURE(
+        open(stored(tests::hillySphere(8, 1.0, 0.2), 100), {.cacheBytes = 1U << 20U}));
+    const hierarchy::View view = lookingAt({3, 3, 3}, {0, 0, 0});
+    const Chunk chunk = **store->get(streamer->tree()[0].entry.key);
+    const std::array<VoxelDraw, 1> list{{{.key = chunk.key}}};
+    const render::VoxelScene alone{.lattice = lattice, .draws = list};
+    // A frame that reads an added chunk is under way when the first streamed one is copied.
+    ASSERT_TRUE(shown->addChunks({&chunk, 1}));
+    ASSERT_TRUE(shown->draw(view, kScene, alone));
+    shown->removeChunks({&chunk.key, 1});
+    const std::vector<ChunkDraw> draws = settle(view);
+    EXPECT_EQ(*shown->readDepth(), plain(view, draws).depth);
+
+    const auto mixed = shown->addChunks({&chunk, 1});
+    ASSERT_FALSE(mixed);
+    EXPECT_EQ(mixed.error().code, core::ErrorCode::usage);
+    next(view); // and is under way
+    ASSERT_TRUE(shown->clearChunks());
+    ASSERT_TRUE(shown->addChunks({&chunk, 1}));
+    const auto other = renderer(kDomain, options());
+    add(*other, {&chunk, 1});
+    EXPECT_EQ(
+        shootVoxels(*shown, view, alone, kScene).depth,
+        shootVoxels(*other, view, alone, kScene).depth);
+}
+
 TEST_F(StreamedVoxels, refuseWhatDoesNotFit)
 {
     ASSERT_NO_FATAL_FAILURE(

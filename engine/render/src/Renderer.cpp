@@ -376,6 +376,11 @@ void Renderer::removeChunks(std::span<const voxels::ChunkKey> keys)
         _parts->voxels->store.remove(keys);
 }
 
+core::Result<void> Renderer::clearChunks()
+{
+    return _parts->voxels ? _parts->voxels->store.clear() : core::Result<void>();
+}
+
 core::Result<std::uint64_t> Renderer::chunkCacheBytes()
 {
     if (core::Result<void> opened = _parts->openVoxels(); !opened)

@@ -266,6 +266,11 @@ core::Result<std::vector<gpu::SlabPool::Range>> VoxelStore::upload(std::span<con
 
 core::Result<std::uint64_t> VoxelStore::add(std::span<const voxels::Chunk> chunks)
 {
+    if (_isStreamed) {
+        return core::failure(
+            core::ErrorCode::usage,
+            "the renderer's voxel pool holds streamed chunks; clear its chunks before adding any");
+    }
     if (core::Result<void> sound = check(chunks); !sound)
         return tl::unexpected(sound.error());
     const core::Result<std::vector<gpu::SlabPool::Range>> ranges = upload(chunks);
@@ -367,6 +372,12 @@ core::Result<std::uint64_t> VoxelStore::apply(const voxels::ChunkFrame& frame)
                 std::to_string(_buffer.bytes()) +
                 " bytes; make the streamer's cache no larger, and add no chunks besides");
     }
+    if (!_isStreamed) {
+        // A streamer knows what its own frames read, but not those before it.
+        if (core::Result<void> cleared = clear(); !cleared)
+            return tl::unexpected(cleared.error());
+        _isStreamed = true;
+    }
     core::Result<UploadBatch> batch = _uploads.open(_buffer, bytes);
     if (!batch)
         return tl::unexpected(batch.error());
@@ -396,11 +407,15 @@ void VoxelStore::remove(std::span<const voxels::ChunkKey> keys)
     }
 }
 
-void VoxelStore::clear()
+core::Result<void> VoxelStore::clear()
 {
     for (const auto& [key, chunk] : _chunks)
         retire(chunk);
     _chunks.clear();
+    _isStreamed = false;
+    if (core::Result<void> idle = _device->wait(_device->submitted()); !idle)
+        return idle;
+    return recycle();
 }
 
 const PlacedChunk* VoxelStore::find(const voxels::ChunkKey& key) const

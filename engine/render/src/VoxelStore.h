@@ -63,11 +63,12 @@ public:
     /// parent isn't there.
     void fade(PlacedChunk& chunk, float weight) const;
     /// Makes the copies of a streamed frame. Returns how many bytes were uploaded. Usage if it
-    /// leaves the pool, or if chunks were added.
+    /// leaves the pool, or if chunks were added. The first waits for the frames in flight.
     core::Result<std::uint64_t> apply(const voxels::ChunkFrame& frame);
     /// Forgets chunks; those that aren't there are passed over.
     void remove(std::span<const voxels::ChunkKey> keys);
-    void clear();
+    /// Forgets all chunks, added or streamed. Waits for the frames in flight.
+    core::Result<void> clear();
 
     /// Null if it isn't there.
     [[nodiscard]] const PlacedChunk* find(const voxels::ChunkKey& key) const;
@@ -108,6 +109,7 @@ private:
     Uploads _uploads;
     std::map<voxels::ChunkKey, StoredChunk> _chunks;
     std::deque<Retired> _retired; ///< in the order of their tickets
+    bool _isStreamed = false;     ///< a streamer says what lies where in the pool
 };
 
 } // namespace isofront::render

@@ -106,7 +106,7 @@ public:
     /// @return resourceLimit if they don't fit into the pool; usage if one is there already;
     /// badData
     ///         if one is empty or its colours don't fit its voxels; noDevice if the device can't
-    ///         draw voxels
+    ///         draw voxels; usage if chunks were streamed and not cleared
     /// Blocks only if the pool is so full that it must wait for frames in flight.
     core::Result<std::uint64_t> addChunks(std::span<const voxels::Chunk> chunks);
     /// Brings what is needed to draw chunks on their way between levels, all or on failure none;
@@ -116,6 +116,9 @@ public:
     core::Result<std::uint64_t> addTransitions(std::span<const VoxelTransition> transitions);
     /// Forgets chunks. Those that aren't there are passed over.
     void removeChunks(std::span<const voxels::ChunkKey> keys);
+    /// Forgets all chunks, added and streamed. Needed before another streamer's first frame, and
+    /// before chunks are added where some were streamed. Waits for the frames in flight.
+    core::Result<void> clearChunks();
 
     /// How large a streamer's cache may be [bytes]: the whole pool. Fails as `addChunks` does.
     core::Result<std::uint64_t> chunkCacheBytes();
