@@ -544,5 +544,27 @@ TEST(FieldVoxelization, tellsWhatMakesNoSense)
     EXPECT_EQ(kept.chunks.size(), 1U);
 }
 
+TEST(FieldVoxelization, isInterruptedWhereverItIsToldToEnd)
+{
+    // told by its own samples: a chunk of which only a part was made is no model, even an empty
+    // part
+    const FieldVoxelizationSettings settings{.box = boxOf(140, 140, 140)};
+    for (const std::size_t last : {1U, 100'000U, 300'000U}) {
+        std::atomic<bool> cancelled = false;
+        std::size_t samples = 0;
+        const FunctionField ball([&](const glm::dvec3& p, double) {
+            cancelled = cancelled || ++samples >= last;
+            return tests::sphere(p, glm::dvec3(30), 9.3);
+        });
+        const auto jobs = core::makeJobs(core::JobsBackend::inlined);
+        tests::KeptChunks kept;
+        const auto result = voxelizeField(ball, settings, kept, *jobs, &cancelled);
+        ASSERT_GE(samples, last);
+        ASSERT_FALSE(result) << last;
+        EXPECT_EQ(result.error().code, core::ErrorCode::interrupted);
+        EXPECT_TRUE(kept.chunks.empty());
+    }
+}
+
 } // namespace
 } // namespace isofront::voxels

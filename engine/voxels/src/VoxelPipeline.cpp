@@ -160,6 +160,9 @@ private:
         });
         if (error.failed())
             return error.error();
+        // sources leave out what is left of a chunk once they are told to end
+        if (isCancelled())
+            return interrupted();
         for (const ScratchChunk& chunk : chunks)
             if (chunk.voxels > 0)
                 _chunks.push_back(chunk);
@@ -235,10 +238,10 @@ private:
     /// Makes all chunks under a key, and that of the key itself, whose voxels are handed up.
     std::optional<core::Error> finish(const ChunkKey& key, VoxelList& list)
     {
-        if (under(key).empty())
-            return std::nullopt;
         if (isCancelled())
             return interrupted();
+        if (under(key).empty())
+            return std::nullopt;
         if (key.level <= kGroupLevels)
             return finishGroup(key, list);
         std::array<VoxelList, 8> children;
