@@ -190,6 +190,16 @@ core::Result<void> checkOutput(const VoxelizeArguments& arguments)
         arguments.format == "folder" ? bare(arguments.output).string() : arguments.output);
 }
 
+/// Where there is room for what waits between the passes: where the model goes, if nothing is said,
+/// as the system's folder for such may be in memory.
+std::filesystem::path scratchFolderOf(const VoxelizeArguments& arguments)
+{
+    if (!arguments.scratch.empty())
+        return arguments.scratch;
+    const std::filesystem::path folder = bare(arguments.output).parent_path();
+    return folder.empty() ? "." : folder;
+}
+
 int voxelize(const VoxelizeArguments& arguments)
 {
     const auto start = Clock::now();
@@ -217,9 +227,7 @@ int voxelize(const VoxelizeArguments& arguments)
     settings.separability =
         arguments.conservative ? voxels::Separability::conservative : voxels::Separability::six;
     settings.allFaces = arguments.allFaces;
-    // where the model goes there is room, as the system's folder for such may be in memory
-    settings.scratchFolder = !arguments.scratch.empty() ? std::filesystem::path(arguments.scratch)
-                                                        : bare(arguments.output).parent_path();
+    settings.scratchFolder = scratchFolderOf(arguments);
     const auto jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
     std::atomic<bool> cancelled = false;
     const std::stop_callback cancelling(stop, [&] { cancelled = true; });

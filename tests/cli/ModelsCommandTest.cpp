@@ -186,29 +186,48 @@ TEST_F(ModelsCommand, refuseWhatMakesNoSenseAndLeaveNothingBehind)
     EXPECT_EQ(contentsOf(folder / "full/mine"), "mine");
 }
 
-TEST_F(ModelsCommand, leaveNothingUnderTheNameIfTheyAreInterrupted)
+TEST_F(ModelsCommand, leaveWhatWasThereIfTheyAreInterrupted)
 {
     writeBall();
-    for (const std::string format : {"lmdb", "folder"}) {
-        // told to end when it has begun; if that comes too late, the model has to be whole
-        const std::string script =
-            "cd '" + folder.string() +
-            "' && { '" ISOFRONT_BINARY "' voxelize ball.ply -q "
-            "--resolution 16384 --format " +
-            format +
-            " -o m 2>stderr & } ; "
-            "while kill -0 $! 2>/dev/null && [ ! -e m.part ]; do sleep 0.01; done; "
-            "kill -TERM $! 2>/dev/null; wait $!";
-        const int status = std::system(script.c_str());
-        ASSERT_TRUE(WIFEXITED(status));
-        if (WEXITSTATUS(status) == 0) {
-            EXPECT_EQ(run("info m --check").exitCode, 0);
+    json("voxelize ball.ply --resolution 20 -o earlier");
+    const std::string earlier = contentsOf(folder / "earlier");
+    for (const std::string source : {"ball.ply", "proc:sphere"})
+        for (const std::string format : {"lmdb", "folder"}) {
+            const bool isFile = format == "lmdb";
+            if (isFile)
+                write("m", earlier);
+            // told to end when it has begun; if that comes too late, the model has to be whole
+            const std::string script =
+                "cd '" + folder.string() + "' && { '" ISOFRONT_BINARY "' voxelize " + source +
+                " -q --resolution 16384 --format " + format +
+                " -o m 2>stderr & } ; "
+                "while kill -0 $! 2>/dev/null && [ ! -e m.part ]; do sleep 0.01; done; "
+                "kill -TERM $! 2>/dev/null; wait $!";
+            const int status = std::system(script.c_str());
+            ASSERT_TRUE(WIFEXITED(status));
+            if (WEXITSTATUS(status) == 0) {
+                const Json model = json("info m --check")["model"];
+                EXPECT_EQ(model["resolution"], 16384) << model;
+                EXPECT_GT(model["voxels"], 16384 * 16384) << model;
+            } else {
+                EXPECT_EQ(WEXITSTATUS(status), 130) << contentsOf(folder / "stderr");
+                EXPECT_EQ(leftOf("m"), isFile ? 1U : 0U) << "the model, or a part of it";
+                if (isFile) {
+                    EXPECT_EQ(contentsOf(folder / "m"), earlier);
+                }
+            }
             fs::remove_all(folder / "m");
-            continue;
         }
-        EXPECT_EQ(WEXITSTATUS(status), 130) << contentsOf(folder / "stderr");
-        EXPECT_EQ(leftOf("m"), 0U) << "the model, or a part of it";
-    }
+}
+
+TEST_F(ModelsCommand, waitBetweenThePassesWhereTheModelGoes)
+{
+    write("a.obj", kTetrahedron);
+    // no files can be made in this folder for temporary ones, not even by root
+    const Outcome made = run("voxelize a.obj --resolution 20 -o x.voxels", "TMPDIR=/proc");
+    EXPECT_EQ(made.exitCode, 0) << made.errors;
+    EXPECT_EQ(leftOf("x.voxels"), 1U);
+    EXPECT_EQ(leftOf("isofront-"), 0U);
 }
 
 TEST_F(ModelsCommand, nameDamagedChunks)
