@@ -6,12 +6,15 @@
 #include <isofront/voxels/ChunkStore.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <set>
 #include <tuple>
 
@@ -133,7 +136,13 @@ TEST_P(Stores, thatWereNotFinishedAreNotOpened)
     int status = 0;
     ASSERT_EQ(::waitpid(child, &status, 0), child);
     EXPECT_TRUE(WIFSIGNALED(status));
-    EXPECT_FALSE(kind().open(path));
+    ASSERT_TRUE(std::filesystem::exists(path.string() + ".part"));
+    const auto unfinished = kind().open(path.string() + ".part");
+    ASSERT_FALSE(unfinished);
+    EXPECT_EQ(unfinished.error().code, core::ErrorCode::badData);
+    EXPECT_NE(unfinished.error().message.find("not finished"), std::string::npos)
+        << unfinished.error().message;
+    EXPECT_FALSE(std::filesystem::exists(path));
 }
 
 TEST_P(Stores, nameTheirReason)
@@ -236,13 +245,81 @@ TEST(Chunks, thatAreDamagedAreRefused)
         EXPECT_EQ(read.error().code, core::ErrorCode::badData);
         EXPECT_NE(read.error().message.find("chunk 2, 3, 4 of level 1"), std::string::npos);
     }
-    const std::string model = encoded(anyModel());
-    EXPECT_EQ(*decodedModel(model), anyModel());
-    for (int trial = 0; trial < tests::trials(2000); ++trial) {
-        std::string other = model;
-        other[tests::below(random, other.size())] = static_cast<char>(random());
-        (void)decodedModel(other); // whatever it says, it returns
+}
+
+TEST(ModelDescriptions, thatAreDamagedAreRefused)
+{
+    auto random = tests::random(5);
+    const std::string whole = encoded(anyModel());
+    ASSERT_EQ(*decodedModel(whole), anyModel());
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+        std::string other = whole;
+        other[at] =
+            static_cast<char>(other[at] ^ (1 + static_cast<int>(tests::below(random, 127))));
+        const auto read = decodedModel(other);
+        // more digits than a number has say the same
+        EXPECT_TRUE(!read || *read == anyModel()) << other;
+        EXPECT_FALSE(decodedModel(whole.substr(0, at)));
     }
+}
+
+TEST(ModelDescriptions, withPartsOfOtherKindsAreRefused)
+{
+    using Json = nlohmann::ordered_json;
+    const Json whole = Json::parse(encoded(anyModel()));
+    const Json others = Json::parse(
+        R"([null, true, false, 0, 5, -1, 1.5, 1e300, 4294967296, 18446744073709551615, "", "x", [],
+            [1, 2], [1, 2, 3], [1, 2, "x"], [0, 0, 1e308], {}, {"a": 1}])");
+    for (const auto& [key, value] : whole.items()) {
+        Json changed = whole;
+        changed.erase(key);
+        EXPECT_FALSE(decodedModel(changed.dump())) << "without " << key;
+        for (const Json& other : others) {
+            changed = whole;
+            changed[key] = other;
+            const auto read = decodedModel(changed.dump());
+            if (other == value)
+                continue;
+            ASSERT_FALSE(read) << key << " is " << other;
+            EXPECT_EQ(read.error().code, core::ErrorCode::badData);
+        }
+    }
+    EXPECT_FALSE(decodedModel(R"({"format": 5})"));
+    EXPECT_FALSE(decodedModel("[1]"));
+    const std::string deep(100'000, '[');
+    EXPECT_FALSE(decodedModel("{\"format\": " + deep + std::string(deep.size(), ']') + "}"));
+}
+
+TEST(ModelDescriptions, ofLatticesThatMakeNoSenseAreRefused)
+{
+    const double infinity = std::numeric_limits<double>::infinity();
+    const auto isRefused = [](const std::function<void(VoxelLattice&)>& change) {
+        StoredModel model = anyModel();
+        change(model.lattice);
+        const auto read = decodedModel(encoded(model));
+        EXPECT_TRUE(!read || *read == model);
+        return !read;
+    };
+    EXPECT_FALSE(isRefused([](VoxelLattice& lattice) { lattice.edge = 1e-300; }));
+    EXPECT_FALSE(isRefused([](VoxelLattice& lattice) { lattice = {{}, 1, 65536, 9}; }));
+    EXPECT_TRUE(isRefused([](VoxelLattice& lattice) { lattice = {{}, 1, 65537, 10}; }));
+    EXPECT_TRUE(isRefused([](VoxelLattice& lattice) { lattice.resolution = 0; }));
+    for (const std::uint32_t levels : {0U, 2U, 4U, 40U})
+        EXPECT_TRUE(isRefused([&](VoxelLattice& lattice) { lattice.levels = levels; })) << levels;
+    for (const double edge : {0.0, -1.0, infinity, 1e308, std::nan("")})
+        EXPECT_TRUE(isRefused([&](VoxelLattice& lattice) { lattice.edge = edge; })) << edge;
+    for (const double place : {infinity, -infinity, std::nan("")})
+        EXPECT_TRUE(isRefused([&](VoxelLattice& lattice) { lattice.origin.y = place; })) << place;
+}
+
+TEST(ModelDescriptions, ofOtherVersionsNameTheRemedy)
+{
+    auto json = nlohmann::ordered_json::parse(encoded(anyModel()));
+    const int version = json["version"].get<int>();
+    json["version"] = version - 1;
+    EXPECT_NE(decodedModel(json.dump()).error().message.find("voxelise again"), std::string::npos);
+    json["version"] = version + 1;
+    EXPECT_NE(decodedModel(json.dump()).error().message.find("newer"), std::string::npos);
 }
 
 } // namespace

@@ -5,7 +5,10 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
+#include <optional>
 #include <string_view>
 
 namespace isofront::voxels {
@@ -276,11 +279,24 @@ core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte
     return directory;
 }
 
-std::string encoded(const StoredModel& model)
+namespace {
+
+constexpr const char* kModelFormat = "isofront-voxels";
+constexpr std::uint32_t kModelVersion = 3;
+
+using Json = nlohmann::ordered_json;
+
+std::string textOf(const Json& json)
 {
-    nlohmann::ordered_json json;
-    json["format"] = "isofront-voxels";
-    json["version"] = kVersion;
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// What there is to know of a model, without the checksum.
+Json descriptionOf(const StoredModel& model)
+{
+    Json json;
+    json["format"] = kModelFormat;
+    json["version"] = kModelVersion;
     json["name"] = model.name;
     json["origin"] = {model.lattice.origin.x, model.lattice.origin.y, model.lattice.origin.z};
     json["voxel_edge"] = model.lattice.edge;
@@ -291,42 +307,94 @@ std::string encoded(const StoredModel& model)
     json["chunks"] = model.chunks;
     json["coloured"] = model.coloured;
     json["separability"] = model.separability == Separability::six ? "six" : "conservative";
-    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    return json;
+}
+
+std::uint32_t checksumOf(const Json& description)
+{
+    const std::string text = textOf(description);
+    return checksumOf(std::as_bytes(std::span(text)));
+}
+
+/// A whole number that fits, or nothing. JSON's own conversions would cut others to fit.
+template <typename T>
+std::optional<T> wholeNumber(const Json& json)
+{
+    if (!json.is_number_unsigned() || json.get<std::uint64_t>() > std::numeric_limits<T>::max())
+        return std::nullopt;
+    return static_cast<T>(json.get<std::uint64_t>());
+}
+
+bool makesSense(const VoxelLattice& lattice)
+{
+    if (lattice.resolution < 1 || lattice.resolution > kMaxResolution ||
+        lattice.levels != levelsFor(lattice.resolution) || !(lattice.edge > 0))
+        return false;
+    const glm::dvec3 high = lattice.origin + std::ldexp(lattice.edge * kChunkEdge, 9);
+    return std::isfinite(high.x) && std::isfinite(high.y) && std::isfinite(high.z);
+}
+
+} // namespace
+
+std::string encoded(const StoredModel& model)
+{
+    Json json = descriptionOf(model);
+    const std::uint32_t checksum = checksumOf(json);
+    json["checksum"] = checksum;
+    return textOf(json);
 }
 
 core::Result<StoredModel> decodedModel(std::string_view text)
 {
     const auto fail = [](const std::string& what) -> core::Result<StoredModel> {
-        return tl::unexpected(damaged("the description of the model is damaged: " + what));
+        return tl::unexpected(
+            damaged("the description of the model is damaged: " + what + "; voxelise again"));
     };
-    const auto json = nlohmann::json::parse(text, nullptr, false);
-    if (!json.is_object() || json.value("format", "") != "isofront-voxels")
+    const auto json = Json::parse(text, nullptr, false);
+    if (!json.is_object())
         return fail("it is not one");
     try {
-        if (const auto version = json.at("version").get<std::int64_t>(); version != kVersion)
+        if (json.at("format") != kModelFormat)
+            return fail("it is not one");
+        const auto version = wholeNumber<std::uint32_t>(json.at("version"));
+        if (version && *version != kModelVersion)
             return tl::unexpected(damaged(
-                "its version is " + std::to_string(version) + "; this program reads version " +
-                std::to_string(kVersion)));
+                "its version is " + std::to_string(*version) + "; this program reads version " +
+                std::to_string(kModelVersion) +
+                (*version < kModelVersion ? ": voxelise again" : ": use a newer one")));
         StoredModel model;
         model.name = json.at("name").get<std::string>();
-        const auto origin = json.at("origin").get<std::array<double, 3>>();
-        model.lattice.origin = {origin[0], origin[1], origin[2]};
+        const Json& origin = json.at("origin");
+        if (!origin.is_array() || origin.size() != 3)
+            return fail("its origin is not three numbers");
+        model.lattice.origin = {
+            origin[0].get<double>(), origin[1].get<double>(), origin[2].get<double>()};
         model.lattice.edge = json.at("voxel_edge").get<double>();
-        model.lattice.resolution = json.at("resolution").get<std::uint32_t>();
-        model.lattice.levels = json.at("levels").get<std::uint32_t>();
-        model.voxels = json.at("voxels").get<std::uint64_t>();
-        model.allVoxels = json.at("all_voxels").get<std::uint64_t>();
-        model.chunks = json.at("chunks").get<std::uint64_t>();
+        const auto resolution = wholeNumber<std::uint32_t>(json.at("resolution"));
+        const auto levels = wholeNumber<std::uint32_t>(json.at("levels"));
+        const auto voxels = wholeNumber<std::uint64_t>(json.at("voxels"));
+        const auto allVoxels = wholeNumber<std::uint64_t>(json.at("all_voxels"));
+        const auto chunks = wholeNumber<std::uint64_t>(json.at("chunks"));
+        const auto checksum = wholeNumber<std::uint32_t>(json.at("checksum"));
+        if (!version || !resolution || !levels || !voxels || !allVoxels || !chunks || !checksum)
+            return fail("a number of it is not a whole one, or too large");
+        model.lattice.resolution = *resolution;
+        model.lattice.levels = *levels;
+        model.voxels = *voxels;
+        model.allVoxels = *allVoxels;
+        model.chunks = *chunks;
         model.coloured = json.at("coloured").get<bool>();
-        model.separability = json.at("separability").get<std::string>() == "six"
-                                 ? Separability::six
-                                 : Separability::conservative;
-        if (!(model.lattice.edge > 0) || model.lattice.resolution < 1 ||
-            model.lattice.resolution > kMaxResolution || model.lattice.levels < 1 ||
-            model.lattice.levels > 9)
+        const auto separability = json.at("separability").get<std::string>();
+        if (separability != "six" && separability != "conservative")
+            return fail("its voxels are separated in an unknown way");
+        model.separability = separability == "six" ? Separability::six : Separability::conservative;
+        if (!makesSense(model.lattice))
             return fail("its lattice makes no sense");
+        // of what was understood: so nothing was read in another way than it was meant
+        if (checksumOf(descriptionOf(model)) != *checksum)
+            return fail("its checksum is wrong");
         return model;
-    } catch (const nlohmann::json::exception&) {
+    } catch (const Json::exception&) {
         return fail("a part is missing, or of another kind");
     }
 }

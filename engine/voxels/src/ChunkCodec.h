@@ -19,8 +19,10 @@ std::vector<std::byte> encoded(const Chunk& chunk);
 /// doesn't give for a chunk of that key.
 core::Result<Chunk> decodedChunk(std::span<const std::byte> bytes, const ChunkKey& key);
 
-/// What a model is, as a line of JSON with a checksum.
+/// What a model is, as a line of JSON that ends with a checksum: that of the same line without it.
 std::string encoded(const StoredModel& model);
+/// Reads one back, trusting nothing: `badData`, with what is wrong, for what `encoded` doesn't
+/// give, and for another version.
 core::Result<StoredModel> decodedModel(std::string_view text);
 
 /// The directory of a store: a header of 16 bytes (magic number, version, how many, checksum of
