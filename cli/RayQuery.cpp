@@ -1,5 +1,6 @@
 #include "RayQuery.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -17,7 +18,10 @@ constexpr std::array<const char*, voxels::kFaces> kFaceNames{"-x", "+x", "-y", "
 
 glm::dvec3 pointOf(const voxels::VoxelHit& hit, const voxels::Ray& ray)
 {
-    return ray.start + hit.distance * glm::normalize(ray.direction);
+    // scaled first: the square of a tiny or huge direction is no number
+    const glm::dvec3 size = glm::abs(ray.direction);
+    const glm::dvec3 direction = ray.direction / std::max({size.x, size.y, size.z});
+    return ray.start + hit.distance * glm::normalize(direction);
 }
 
 } // namespace

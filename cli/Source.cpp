@@ -4,15 +4,19 @@
 #include "GraphFiles.h"
 
 #include <isofront/elevation/Landscape.h>
+#include <isofront/exchange/ModelFile.h>
 #include <isofront/fields/Procedural.h>
 #include <isofront/hierarchy/Criterion.h>
+#include <isofront/voxels/ChunkStore.h>
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace isofront::cli {
@@ -194,6 +198,19 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
             core::ErrorCode::usage, "SOURCE is empty: give a volume file or proc:NAME");
     if (text.starts_with(kProcedural))
         return openProcedural(text, options);
+    std::error_code ignored;
+    if (!std::filesystem::exists(text, ignored))
+        return core::failure(
+            core::ErrorCode::inputOutput, text + ": there is no such file; check the path");
+    if (exchange::isModelName(text))
+        return core::failure(
+            core::ErrorCode::usage,
+            text + ": a mesh is no field; 'isofront voxelize' turns it into voxels, which "
+                   "'isofront render' shows");
+    if (voxels::isStore(text))
+        return core::failure(
+            core::ErrorCode::usage,
+            text + ": only 'isofront render' and 'isofront info' take a model of voxels");
     if (elevation::isElevationName(text) && !volume::isVolume(text))
         return openElevation(text, options);
     return openVolume(text, options);

@@ -348,6 +348,9 @@ TEST_F(ModelsCommand, tellTheFirstVoxelOnARay)
         EXPECT_EQ(coarse["voxel"][axis], fine["voxel"][axis].get<int>() / 2);
     EXPECT_TRUE(json("info four.voxels --ray 0,0,1e6,0,0,1")["hit"].is_null());
     EXPECT_NE(run("info four.voxels" + ray).output.find("face -z"), std::string::npos);
+    // however short the direction is
+    EXPECT_EQ(
+        json("info four.voxels --ray 0.21,0.31,-5,0,0,2e-300")["hit"]["point"], fine["point"]);
     for (const char* wrong :
          {"four.voxels --ray 1,2,3",
           "four.voxels --ray 0,0,0,0,0,0",
@@ -359,6 +362,23 @@ TEST_F(ModelsCommand, tellTheFirstVoxelOnARay)
 }
 
 #ifdef ISOFRONT_WITH_VULKAN
+TEST_F(ModelsCommand, tellOtherCommandsWhatTakesAModel)
+{
+    write("cube.ply", "ply");
+    const auto mesh = run("extract cube.ply -o a.glb");
+    EXPECT_EQ(mesh.exitCode, 2);
+    EXPECT_NE(mesh.errors.find("isofront voxelize"), std::string::npos) << mesh.errors;
+    json("voxelize proc:sphere --resolution 16 -o ball.voxels");
+    const auto stored = run("extract ball.voxels -o a.glb");
+    EXPECT_EQ(stored.exitCode, 2);
+    EXPECT_NE(stored.errors.find("isofront render"), std::string::npos) << stored.errors;
+    for (const char* command : {"info none.voxels", "render none.voxels -o a.png"}) {
+        const auto missing = run(command);
+        EXPECT_EQ(missing.exitCode, 4);
+        EXPECT_NE(missing.errors.find("none.voxels: there is no such file"), std::string::npos);
+    }
+}
+
 TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
 {
     write("t.obj", kTetrahedron);
