@@ -526,6 +526,7 @@ TEST(FieldVoxelization, tellsWhatMakesNoSense)
     EXPECT_EQ(codeOf([&](S& s) { s.edge = none; }), usage);
     EXPECT_EQ(codeOf([](S& s) { s.edge = 0; }), usage);
     EXPECT_EQ(codeOf([](S& s) { s.edge = 1e-9; }), usage);
+    EXPECT_EQ(codeOf([](S& s) { s.box = {{1e30, 0, 0}, {1e30, 8, 8}}; }), usage);
     EXPECT_EQ(codeOf([&](S& s) { s.isovalue = none; }), usage);
     EXPECT_EQ(codeOf([](S& s) { s.filterStrength = -1; }), usage);
     EXPECT_EQ(codeOf([](S& s) { s.worldFromField.linear = glm::dmat3(0); }), usage);

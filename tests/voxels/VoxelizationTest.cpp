@@ -282,6 +282,68 @@ TEST(Voxelization, whatIsWrongIsTold)
         core::ErrorCode::inputOutput);
 }
 
+/// The cube of an edge whose low corner lies at `low` on each axis.
+TriangleModel cubeOf(double low, double edge)
+{
+    TriangleModel model;
+    for (unsigned corner = 0; corner < 8; ++corner)
+        model.positions.emplace_back(
+            low + ((corner & 1U) != 0 ? edge : 0),
+            low + ((corner & 2U) != 0 ? edge : 0),
+            low + ((corner & 4U) != 0 ? edge : 0));
+    model.triangles = {
+        {0, 2, 3},
+        {0, 3, 1},
+        {4, 5, 7},
+        {4, 7, 6},
+        {0, 1, 5},
+        {0, 5, 4},
+        {2, 6, 7},
+        {2, 7, 3},
+        {0, 4, 6},
+        {0, 6, 2},
+        {1, 3, 7},
+        {1, 7, 5}};
+    return model;
+}
+
+TEST(Voxelization, isTheSameAtAnyScaleThatNumbersCanHold)
+{
+    const VoxelizationSettings settings{.resolution = 40};
+    const auto one = make(cubeOf(0, 1), settings);
+    const auto voxels = voxelsOf(one->kept, 0);
+    EXPECT_EQ(voxels.size(), 40U * 40 * 40 - 38U * 38 * 38);
+    for (const int exponent : {-1000, -300, 300, 1000, 1023}) {
+        const auto other = make(cubeOf(0, std::ldexp(1.0, exponent)), settings);
+        EXPECT_EQ(other->report.lattice.edge, std::ldexp(one->report.lattice.edge, exponent));
+        EXPECT_EQ(voxelsOf(other->kept, 0), voxels) << exponent;
+    }
+    EXPECT_EQ(make(cubeOf(0, 1e308), settings)->report.voxels, voxels.size());
+}
+
+TEST(Voxelization, refusesWhatNumbersCantDivide)
+{
+    const auto jobs = core::makeJobs(core::JobsBackend::inlined);
+    const auto expectRefused = [&](const TriangleModel& model, std::uint32_t resolution) {
+        tests::KeptChunks kept;
+        const auto result = voxelize(model, {.resolution = resolution}, kept, *jobs);
+        ASSERT_FALSE(result) << model.positions[0].x << ", " << model.positions[7].x;
+        EXPECT_EQ(result.error().code, core::ErrorCode::badData);
+        EXPECT_NE(result.error().message.find("scale or move"), std::string::npos)
+            << result.error().message;
+        EXPECT_TRUE(kept.chunks.empty());
+    };
+    expectRefused(cubeOf(0, 1e308), 1); // half the edge of a voxel, which is infinite
+    expectRefused(cubeOf(0, 5e-324), 40);
+    expectRefused(cubeOf(0, 1e-306), 40); // its voxels have edges, but no steps in them
+    expectRefused(cubeOf(1e30, 1), 40);
+    expectRefused(cubeOf(1e30, 1e15), 40); // its corners differ, its voxels don't
+    TriangleModel wide = cubeOf(0, 1);
+    for (glm::dvec3& position : wide.positions)
+        position = (position - 0.5) * 2.0 * 1.7e308;
+    expectRefused(wide, 40);
+}
+
 TEST(Normals, areKeptToATenthOfADegree)
 {
     auto random = tests::random(5);

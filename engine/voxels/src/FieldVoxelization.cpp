@@ -137,6 +137,10 @@ std::string objectionTo(const FieldVoxelizationSettings& settings)
         return "the box to voxelise is empty, or not finite";
     if (!(settings.edge > 0) || !std::isfinite(settings.edge))
         return "the edge of a voxel must be above 0, and finite";
+    const glm::dvec3 next = box.low + settings.edge;
+    if (next.x == box.low.x || next.y == box.low.y || next.z == box.low.z)
+        return "the edge of a voxel is too small for where the box lies: choose a larger one, or "
+               "move the box";
     if (latticeOf(settings).resolution > kMaxResolution)
         return "more than " + std::to_string(kMaxResolution) +
                " voxels along the box: choose a larger edge";

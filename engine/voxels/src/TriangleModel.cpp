@@ -1,19 +1,15 @@
+#include "LatticeExtent.h"
+
 #include <isofront/voxels/TriangleModel.h>
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace isofront::voxels {
 
 namespace {
-
-bool isFinite(const glm::dvec3& p)
-{
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 /// For each position, the first one that equals it.
 std::vector<std::uint32_t> welded(const std::vector<glm::dvec3>& positions)

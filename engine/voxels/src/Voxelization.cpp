@@ -1,3 +1,4 @@
+#include "LatticeExtent.h"
 #include "Pool.h"
 #include "Rasteriser.h"
 #include "VoxelPipeline.h"
@@ -113,7 +114,6 @@ private:
         });
         return bins;
     }
-    static bool isFinite(const glm::dvec3& p) { return std::isfinite(p.x + p.y + p.z); }
 
     LatticeModel _model;
     Separability _separability;
@@ -198,6 +198,12 @@ core::Result<VoxelizationReport> voxelize(
     if (auto failed = checkTextures(model))
         return tl::unexpected(*failed);
     report.lattice = latticeFor(report.model.bounds, settings.resolution);
+    if (!canDivide(report.lattice, report.model.bounds))
+        return core::failure(
+            core::ErrorCode::badData,
+            "the model's extent can't be divided into " + std::to_string(settings.resolution) +
+                " voxels, as its coordinates are too large, too small or too close together; "
+                "scale or move it");
     TriangleSource source(model, report.model.bounds, report.lattice, settings.separability);
     const auto made = runPipeline(
         source,

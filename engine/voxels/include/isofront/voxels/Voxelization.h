@@ -75,7 +75,8 @@ struct VoxelizationReport {
 ///
 /// Memory: the model, 28 bytes a triangle, some megabytes a thread; everything else waits in the
 /// scratch folder. Fails with `usage` for a resolution out of range, `badData` for a model without
-/// a usable triangle, `inputOutput` for a full disk, with what the sink says, and `interrupted`.
+/// a usable triangle, or one so large, so small or so far away that numbers can't tell its voxels
+/// apart, `inputOutput` for a full disk, with what the sink says, and `interrupted`.
 ///
 /// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
 /// section 3; S. Laine, "A topological approach to voxelization" (2013), for the six-separating
