@@ -1,8 +1,13 @@
 #include "ChunkCodec.h"
+#include "Durability.h"
 
 #include <isofront/voxels/ChunkStore.h>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <fstream>
 #include <tuple>
@@ -22,19 +27,34 @@ core::Error unusable(const std::filesystem::path& path, const std::string& why)
     return {core::ErrorCode::inputOutput, path.string() + ": " + why};
 }
 
+/// Writes a file, which is durable when this returns. 0, or an error number.
+int writeDurably(const std::filesystem::path& path, std::span<const std::byte> bytes)
+{
+    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0)
+        return errno;
+    int failed = 0;
+    while (failed == 0 && !bytes.empty()) {
+        const ::ssize_t count = ::write(file, bytes.data(), bytes.size());
+        if (count >= 0)
+            bytes = bytes.subspan(static_cast<std::size_t>(count));
+        else if (errno != EINTR)
+            failed = errno;
+    }
+    if (failed == 0 && ::fsync(file) != 0)
+        failed = errno;
+    if (::close(file) != 0 && failed == 0)
+        failed = errno;
+    return failed;
+}
+
 /// Writes a file whole: beside its place first.
 std::optional<core::Error>
 writeWhole(const std::filesystem::path& path, std::span<const std::byte> bytes)
 {
     const std::filesystem::path part = path.string() + ".part";
-    {
-        std::ofstream file(part, std::ios::binary | std::ios::trunc);
-        file.write(
-            reinterpret_cast<const char*>(bytes.data()),
-            static_cast<std::streamsize>(bytes.size()));
-        if (!file.flush())
-            return unusable(part, "can't be written; is the disk full?");
-    }
+    if (const int code = writeDurably(part, bytes); code != 0)
+        return unusable(part, "can't be written: " + writeFailure(code));
     std::error_code failed;
     std::filesystem::rename(part, path, failed);
     if (failed)
@@ -127,12 +147,22 @@ public:
         const std::string text = encoded(model) + "\n";
         if (auto failed = writeWhole(_written / kModelFile, std::as_bytes(std::span(text))))
             return failed;
+        // the names of all files, before the folder has its own
+        std::vector<std::filesystem::path> folders{_written};
         std::error_code failed;
+        for (const auto& entry : std::filesystem::directory_iterator(_written, failed))
+            if (entry.is_directory(failed))
+                folders.push_back(entry.path());
+        for (const std::filesystem::path& folder : folders)
+            if (const int code = makeDurable(folder); code != 0)
+                return unusable(folder, "can't be written: " + writeFailure(code));
         std::filesystem::rename(_written, _path, failed);
         if (failed)
             return unusable(_path, "can't be given its name: " + failed.message());
         _written.clear();
         _model = model;
+        if (const int code = makeDurable(folderOf(_path)); code != 0)
+            return unusable(_path, "can't be given its name for good: " + writeFailure(code));
         return std::nullopt;
     }
 

@@ -1,4 +1,7 @@
 #include "ChunkCodec.h"
+#include "Durability.h"
+#include "LmdbCheck.h"
+#include "WriterLock.h"
 
 #include <isofront/voxels/ChunkStore.h>
 
@@ -51,11 +54,21 @@ MDB_val valueOf(std::span<const std::byte> bytes)
     return {bytes.size(), const_cast<std::byte*>(bytes.data())};
 }
 
+/// What a code of LMDB says; those that are positive are error numbers.
+std::string reasonOf(int code)
+{
+    return code > 0 ? writeFailure(code) : ::mdb_strerror(code);
+}
+
 /// An open LMDB file.
 class Environment {
 public:
     static core::Result<Environment> open(const std::filesystem::path& path, bool forWriting)
     {
+        // LMDB itself would follow whatever a damaged file says
+        if (!forWriting)
+            if (auto damage = lmdbDamage(path))
+                return tl::unexpected(std::move(*damage));
         Environment environment;
         const auto fail = [&](int code) {
             return core::failure(
@@ -63,7 +76,7 @@ public:
                     ? core::ErrorCode::badData
                     : core::ErrorCode::inputOutput,
                 path.string() + (forWriting ? ": can't be made: " : ": can't be opened: ") +
-                    (code == MDB_INVALID ? "it is not a voxel model" : ::mdb_strerror(code)));
+                    (code == MDB_INVALID ? "it is not a voxel model" : reasonOf(code)));
         };
         if (const int code = ::mdb_env_create(&environment._handle); code != 0)
             return fail(code);
@@ -83,19 +96,6 @@ public:
             code = code == 0 ? ::mdb_txn_commit(transaction) : (::mdb_txn_abort(transaction), code);
         if (code != 0)
             return fail(code);
-        // what a file that was cut short lacks can't be read: the process would be ended
-        MDB_envinfo info{};
-        MDB_stat stat{};
-        ::mdb_env_info(environment._handle, &info);
-        ::mdb_env_stat(environment._handle, &stat);
-        std::error_code ignored;
-        const std::uintmax_t needed = (std::uintmax_t{info.me_last_pgno} + 1) * stat.ms_psize;
-        if (const std::uintmax_t size = std::filesystem::file_size(path, ignored);
-            !forWriting && size < needed)
-            return core::failure(
-                core::ErrorCode::badData,
-                path.string() + ": is cut short: it has " + std::to_string(size) + " of " +
-                    std::to_string(needed) + " bytes; get it again");
         return environment;
     }
 
@@ -145,8 +145,13 @@ private:
 
 class LmdbStore : public ChunkStore {
 public:
-    LmdbStore(std::filesystem::path path, std::filesystem::path written, Environment environment)
-        : _path(std::move(path)), _written(std::move(written)), _environment(std::move(environment))
+    LmdbStore(
+        std::filesystem::path path,
+        std::filesystem::path written,
+        std::optional<WriterLock> lock,
+        Environment environment)
+        : _path(std::move(path)), _written(std::move(written)), _lock(std::move(lock)),
+          _environment(std::move(environment))
     {
     }
     ~LmdbStore() override
@@ -209,6 +214,8 @@ public:
         std::filesystem::remove(lockOf(_written), failed);
         _model = model;
         _isFinished = true;
+        if (const int code = makeDurable(folderOf(_path)); code != 0)
+            return error("given its name for good", code);
         return std::nullopt;
     }
 
@@ -269,7 +276,7 @@ private:
     {
         return {
             core::ErrorCode::inputOutput,
-            _path.string() + ": can't be " + what + ": " + ::mdb_strerror(code)};
+            _path.string() + ": can't be " + what + ": " + reasonOf(code)};
     }
 
     std::optional<core::Error>
@@ -315,7 +322,8 @@ private:
     }
 
     std::filesystem::path _path;
-    std::filesystem::path _written; ///< while it is not done
+    std::filesystem::path _written;  ///< while it is not done
+    std::optional<WriterLock> _lock; ///< of what is written
     Environment _environment;
     std::unique_ptr<Transaction> _writing;
     std::vector<ChunkEntry> _directory; ///< of what was put
@@ -329,12 +337,16 @@ private:
 core::Result<std::unique_ptr<ChunkStore>> createStore(const std::filesystem::path& path)
 {
     const std::filesystem::path part = path.string() + ".part";
-    std::error_code ignored;
-    std::filesystem::remove(part, ignored);
+    auto lock = WriterLock::take(part, path);
+    if (!lock)
+        return tl::unexpected(lock.error());
     auto environment = Environment::open(part, true);
-    if (!environment)
+    if (!environment) {
+        std::error_code ignored;
+        std::filesystem::remove(part, ignored);
         return tl::unexpected(environment.error());
-    return std::make_unique<LmdbStore>(path, part, std::move(*environment));
+    }
+    return std::make_unique<LmdbStore>(path, part, std::move(*lock), std::move(*environment));
 }
 
 core::Result<std::unique_ptr<ChunkStore>> openStore(const std::filesystem::path& path)
@@ -347,8 +359,8 @@ core::Result<std::unique_ptr<ChunkStore>> openStore(const std::filesystem::path&
     auto environment = Environment::open(path, false);
     if (!environment)
         return tl::unexpected(environment.error());
-    auto store =
-        std::make_unique<LmdbStore>(path, std::filesystem::path(), std::move(*environment));
+    auto store = std::make_unique<LmdbStore>(
+        path, std::filesystem::path(), std::nullopt, std::move(*environment));
     if (const auto model = store->readModel(); !model)
         return tl::unexpected(model.error());
     return std::unique_ptr<ChunkStore>(std::move(store));

@@ -56,8 +56,8 @@ std::unique_ptr<ChunkStore> memoryStore();
 /// the machine goes down; until `finish` the file has another name, with `.part` behind it, and an
 /// earlier one stays as it was. Destroyed without `finish`, it leaves nothing behind.
 ///
-/// Fails with `inputOutput` if the file can't be made or read, `badData` if it is something else,
-/// newer, or unfinished.
+/// Fails with `inputOutput` if the file can't be made or read, or another process is making it;
+/// with `badData` if it is damaged, something else, of another version, or unfinished.
 core::Result<std::unique_ptr<ChunkStore>> createStore(const std::filesystem::path& path);
 core::Result<std::unique_ptr<ChunkStore>> openStore(const std::filesystem::path& path);
 
