@@ -195,6 +195,8 @@ int renderVoxels(const VoxelPictureRequest& request)
     const auto box = voxels::worldBox(*store);
     if (!box)
         return report(box.error());
+    if (box->isEmpty())
+        return report({ErrorCode::badData, request.model.string() + ": the model has no voxels"});
     const glm::dvec3 up = upOf(request, model);
     const glm::dvec3 target = request.target.value_or(box->centre());
     const glm::dvec3 eye = request.eye.value_or(placeBefore(

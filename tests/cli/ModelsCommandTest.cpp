@@ -384,6 +384,8 @@ TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
     write("t.obj", kTetrahedron);
     json("voxelize t.obj --resolution 300 -o t.voxels");
     json("voxelize t.obj --resolution 300 --format folder -o t");
+    json("voxelize proc:sphere --isovalue 100 --resolution 20 -o empty.voxels");
+    expectFailure("render empty.voxels -o empty.png", 3, {"empty.voxels", "no voxels"});
     const Json fine = json("render t.voxels --size 320x240 -o fine.png");
     const Json coarse = json("render t.voxels --size 320x240 --voxel-pixels 4 -o coarse.png");
     EXPECT_EQ(fine["voxels_splatted"], fine["voxels_drawn"]);
