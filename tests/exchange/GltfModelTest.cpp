@@ -363,6 +363,9 @@ TEST_F(GltfModelTest, refusesWhatContradictsItself)
         bad);
     expectRefused(
         "accessor", [&] { gltf["meshes"][0]["primitives"][0]["indices"] = 9; }, bad);
+    for (const int type : {5120, 5122, 5126}) // bytes and shorts with a sign, and floats
+        expectRefused(
+            "sign", [&] { gltf["accessors"][indices]["componentType"] = type; }, bad);
     expectRefused(
         "buffer view 0", [&] { gltf["bufferViews"][0]["byteLength"] = 1U << 30U; }, bad);
     expectRefused(
@@ -456,6 +459,28 @@ TEST_F(GltfModelTest, standsAnyDamageToItsText)
         else
             ASSERT_FALSE(model.error().message.empty());
     }
+}
+
+TEST_F(GltfModelTest, refusesPicturesThatHideTheirSize)
+{
+    const core::Image picture{33, 17, std::vector<std::uint8_t>(std::size_t{33} * 17 * 4, 99)};
+    ASSERT_TRUE(writePng(picture, path("p.png")));
+    // a picture that hides its size behind another chunk, as some telephones write it: 1 x 1 is
+    // what stands where the size has to be
+    std::string hidden = contentOf(path("p.png"));
+    const std::size_t data = hidden.find("IDAT");
+    ASSERT_NE(data, std::string::npos);
+    std::uint32_t length = 0;
+    for (std::size_t i = 4; i > 0; --i)
+        length = length << 8U | static_cast<unsigned char>(hidden[data - i]);
+    length -= 2; // their data have no zlib header
+    for (std::size_t i = 1; i <= 4; ++i, length >>= 8U)
+        hidden[data - i] = static_cast<char>(length & 0xffU);
+    hidden.erase(data + 4, 2);
+    hidden.insert(8, std::string("\0\0\0\4CgBI\0\0\0\1\0\0\0\1", 16));
+    const auto decoded = decodePicture(std::as_bytes(std::span(hidden)), 4);
+    ASSERT_FALSE(decoded);
+    EXPECT_EQ(decoded.error().code, core::ErrorCode::badData);
 }
 
 TEST_F(GltfModelTest, decodesPicturesOrSaysWhyNot)

@@ -240,6 +240,41 @@ TEST_F(ModelFileTest, doesNotBelieveCountsThatLie)
     }
 }
 
+TEST_F(ModelFileTest, holdsToItsLimitWhereAFewBytesAreATriangle)
+{
+    std::string corners;
+    for (int i = 0; i < 10'000; ++i)
+        corners += " 1";
+    const std::string ply = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                            "property float y\nproperty float z\nelement face 1\n"
+                            "property list int int vertex_indices\nend_header\n1 2 3\n10000" +
+                            corners + "\n";
+    std::string facets = "solid\n";
+    std::string vertices;
+    std::string places;
+    for (int i = 0; i < 3000; ++i) {
+        const std::string number = std::to_string(i);
+        facets += "vertex " + number + " 1 1\n";
+        vertices += "v 1 1 " + number + '\n';
+        places += "vt 1\n";
+    }
+    const std::pair<const char*, std::string> files[] = {
+        {"face.ply", ply},
+        {"facets.stl", facets + "endsolid\n"},
+        {"face.obj", "v 1 2 3\nf" + corners + '\n'},
+        {"vertices.obj", vertices},
+        {"places.obj", places}};
+    for (const auto& [name, content] : files) {
+        setContent(path(name), content);
+        EXPECT_TRUE(readModel(path(name), 20 * content.size())) << name;
+        const auto limited = readModel(path(name), content.size());
+        ASSERT_FALSE(limited) << name;
+        EXPECT_EQ(limited.error().code, core::ErrorCode::resourceLimit) << name;
+        EXPECT_NE(limited.error().message.find("--memory-limit"), std::string::npos)
+            << limited.error().message;
+    }
+}
+
 TEST_F(ModelFileTest, keepsPositionsThatAreNoNumbersForTheReport)
 {
     setContent(

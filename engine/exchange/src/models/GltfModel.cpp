@@ -1,6 +1,7 @@
 // Based on: Khronos Group, "glTF 2.0 Specification", 2021.
 
 #include "GltfNumbers.h"
+#include "ModelBudget.h"
 #include "ModelFormats.h"
 #include "Picture.h"
 
@@ -28,9 +29,6 @@ using Problem = std::optional<core::Error>;
 
 /// The library parses nested values by recursion; deeper ones are no scene.
 constexpr int kMostNesting = 200;
-/// What is stored about a triangle with its texture, and about a position.
-constexpr std::uint64_t kTriangleBytes = 40;
-constexpr std::uint64_t kPositionBytes = 28;
 
 core::Error damaged(std::string what)
 {
@@ -223,7 +221,7 @@ std::uint32_t srgbOf(double linear)
 class Assembly {
 public:
     Assembly(const tinygltf::Model& gltf, std::uint64_t mostBytes)
-        : _gltf(gltf), _mostBytes(mostBytes)
+        : _gltf(gltf), _mostBytes(mostBytes), _budget(mostBytes)
     {
     }
 
@@ -381,8 +379,8 @@ private:
             auto numbers = GltfNumbers::open(_gltf, primitive.indices, 1, 1);
             if (!numbers)
                 return numbers.error();
-            if (numbers->areFloats())
-                return damaged("its indices are not integers");
+            if (!numbers->areUnsigned())
+                return damaged("its indices are not integers without a sign");
             indices = std::move(*numbers);
         }
         const std::size_t corners = indices ? indices->size() : positions->size();
@@ -390,15 +388,8 @@ private:
                                         : corners < 3                   ? 0
                                                                         : corners - 2;
         const std::uint64_t first = _model.positions.size();
-        if (first + positions->size() >= 0xffffffffU ||
-            (first + positions->size()) * kPositionBytes +
-                    (_model.triangles.size() + triangles) * kTriangleBytes >
-                _mostBytes)
-            return core::Error{
-                core::ErrorCode::resourceLimit,
-                "with " + std::to_string(first + positions->size()) + " positions and " +
-                    std::to_string(_model.triangles.size() + triangles) +
-                    " triangles the scene takes more memory than is allowed for"};
+        if (auto failed = _budget.check(_model, {positions->size(), triangles}))
+            return failed;
         if (auto failed = addPositions(primitive, *positions, map, joints))
             return failed;
 
@@ -450,8 +441,8 @@ private:
                 return !which ? which.error() : weights.error();
             if (!*which || !*weights)
                 break;
-            if ((*which)->areFloats())
-                return damaged("JOINTS_" + number + " are not integers");
+            if (!(*which)->areUnsigned())
+                return damaged("JOINTS_" + number + " are not integers without a sign");
             for (std::size_t i = 0; i < positions.size(); ++i)
                 for (std::size_t k = 0; k < 4; ++k) {
                     const double weight = (*weights)->share(i, k);
@@ -606,6 +597,7 @@ private:
 
     const tinygltf::Model& _gltf;
     std::uint64_t _mostBytes;
+    ModelBudget _budget;
     voxels::TriangleModel _model;
     std::vector<std::optional<core::Affine>> _maps; ///< of nodes that are in the scene
     std::map<std::pair<int, bool>, std::uint32_t> _textures;

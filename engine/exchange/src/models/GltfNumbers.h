@@ -27,8 +27,13 @@ public:
     /// Vectors.
     [[nodiscard]] std::size_t size() const { return _count; }
     [[nodiscard]] std::size_t components() const { return _components; }
-    /// Stored as floats.
-    [[nodiscard]] bool areFloats() const { return _type == TINYGLTF_COMPONENT_TYPE_FLOAT; }
+    /// Stored as integers that can't be below zero, as what counts or names something has to be.
+    [[nodiscard]] bool areUnsigned() const
+    {
+        return _type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+               _type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+               _type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    }
 
     /// A number as it is meant: integers that are said to be normalised lie between -1 and 1.
     [[nodiscard]] double at(std::size_t vector, std::size_t component) const

@@ -1,5 +1,6 @@
 // Based on: Wavefront, "Advanced Visualizer Manual", appendix B1, "Object files".
 
+#include "ModelBudget.h"
 #include "ModelFormats.h"
 #include "ObjMaterials.h"
 #include "TextScanner.h"
@@ -65,14 +66,20 @@ readObj(std::span<const std::byte> bytes, const ModelContext& context)
 {
     TextScanner text(bytes);
     voxels::TriangleModel model;
+    const ModelBudget budget(context.mostBytes);
     ObjMaterials materials(context, model);
     std::uint32_t texture = voxels::kNoTexture;
     std::vector<glm::vec2> places;
     const auto placeOf = [&](const Corner& corner) {
         return corner.place < places.size() ? places[corner.place] : glm::vec2(0);
     };
+    const auto overrun = [&] {
+        return budget.check(model, {.otherBytes = places.size() * sizeof(glm::vec2)});
+    };
     bool allColoured = true;
     while (text.nextLine()) {
+        if (auto failed = overrun())
+            return tl::unexpected(*failed);
         const std::string_view key = text.word();
         if (key == "v") {
             // x, y, z, and, as many programs write it, red, green and blue
@@ -132,11 +139,15 @@ readObj(std::span<const std::byte> bytes, const ModelContext& context)
                         model.textureCorners.push_back(
                             {placeOf(first), placeOf(last), placeOf(*corner)});
                     }
+                    if (auto failed = overrun()) // a line may be as long as the file
+                        return tl::unexpected(*failed);
                 }
                 last = *corner;
             }
         }
     }
+    if (auto failed = overrun())
+        return tl::unexpected(*failed);
     if (!allColoured)
         model.colours.clear();
     return model;

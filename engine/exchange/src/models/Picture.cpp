@@ -32,7 +32,8 @@ std::optional<Size> sizeOfPng(std::span<const std::byte> bytes)
 {
     constexpr std::array<unsigned char, 8> kSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     constexpr std::size_t kSizeAt = 16;
-    if (bytes.size() < kSizeAt + 8 ||
+    constexpr std::uint64_t kHeader = 0x49484452; // "IHDR", which has to be the first chunk
+    if (bytes.size() < kSizeAt + 8 || bigEndian(bytes.subspan(kSizeAt - 4, 4)) != kHeader ||
         !std::ranges::equal(kSignature, bytes.first(8), {}, {}, [](std::byte b) {
             return static_cast<unsigned char>(b);
         }))
@@ -92,6 +93,9 @@ core::Result<core::Image> decodePicture(std::span<const std::byte> bytes, std::u
             nullptr) ||
         decoded.width < 1 || decoded.height < 1)
         return core::failure(core::ErrorCode::badData, "it is damaged");
+    if (static_cast<std::uint64_t>(decoded.width) != size->width ||
+        static_cast<std::uint64_t>(decoded.height) != size->height)
+        return core::failure(core::ErrorCode::badData, "it has another size than it says");
     core::Image image;
     image.width = decoded.width;
     image.height = decoded.height;

@@ -1,5 +1,6 @@
 // Based on: Turk, "The PLY Polygon File Format", 1994.
 
+#include "ModelBudget.h"
 #include "ModelFormats.h"
 #include "TextScanner.h"
 
@@ -246,8 +247,8 @@ struct Corners {
 
 class PlyReader {
 public:
-    PlyReader(std::span<const std::byte> bytes, const PlyHeader& header)
-        : _header(header), _numbers(bytes, header)
+    PlyReader(std::span<const std::byte> bytes, const PlyHeader& header, std::uint64_t mostBytes)
+        : _header(header), _numbers(bytes, header), _budget(mostBytes)
     {
     }
 
@@ -264,6 +265,8 @@ public:
                 const bool done = isVertex ? readVertex(element)
                                   : isFace ? readFace(element)
                                            : skip(element);
+                if (auto failed = _budget.check(_model))
+                    return tl::unexpected(*failed);
                 if (!done)
                     return tl::unexpected(damaged(
                         element.name + " " + std::to_string(i) + " of " +
@@ -334,6 +337,8 @@ private:
                 if (!value)
                     return false;
                 corners.add(*value);
+                if (_budget.check(_model)) // a list may be as long as the file
+                    return false;
             }
         }
         return true;
@@ -359,19 +364,21 @@ private:
 
     const PlyHeader& _header;
     Numbers _numbers;
+    ModelBudget _budget;
     voxels::TriangleModel _model;
     bool _hasPlace = false;
 };
 
 } // namespace
 
-core::Result<voxels::TriangleModel> readPly(std::span<const std::byte> bytes, const ModelContext&)
+core::Result<voxels::TriangleModel>
+readPly(std::span<const std::byte> bytes, const ModelContext& context)
 {
     TextScanner text(bytes);
     const auto header = readHeader(text);
     if (!header)
         return tl::unexpected(header.error());
-    auto model = PlyReader(bytes, *header).run();
+    auto model = PlyReader(bytes, *header, context.mostBytes).run();
     if (model && model->colours.size() != model->positions.size())
         model->colours.clear();
     return model;

@@ -1,10 +1,12 @@
 // Based on: 3D Systems, "Stereolithography Interface Specification", 1989.
 
+#include "ModelBudget.h"
 #include "ModelFormats.h"
 #include "TextScanner.h"
 
 #include <bit>
 #include <cstring>
+#include <optional>
 #include <unordered_map>
 
 namespace isofront::exchange {
@@ -29,7 +31,10 @@ struct PlaceHash {
 /// Collects corners; those at equal places become one.
 class Corners {
 public:
-    void add(const glm::dvec3& position)
+    explicit Corners(std::uint64_t mostBytes) : _budget(mostBytes) {}
+
+    /// What is wrong with adding it, if anything is.
+    std::optional<core::Error> add(const glm::dvec3& position)
     {
         // + 0.0: both zeros are one place
         const std::array<std::uint64_t, 3> bits{
@@ -45,11 +50,16 @@ public:
             _model.triangles.push_back(_triangle);
             _count = 0;
         }
+        return _budget.check(_model, {.otherBytes = _indices.size() * kEntryBytes});
     }
     [[nodiscard]] bool isWhole() const { return _count == 0; }
     voxels::TriangleModel take() { return std::move(_model); }
 
 private:
+    /// Of a place in the map: it, its index, and, at the least, a hash and two pointers.
+    static constexpr std::uint64_t kEntryBytes = 56;
+
+    ModelBudget _budget;
     voxels::TriangleModel _model;
     std::unordered_map<std::array<std::uint64_t, 3>, std::uint32_t, PlaceHash> _indices;
     std::array<std::uint32_t, 3> _triangle{};
@@ -69,9 +79,10 @@ std::uint32_t countOf(std::span<const std::byte> bytes)
     return count;
 }
 
-core::Result<voxels::TriangleModel> readBinary(std::span<const std::byte> bytes)
+core::Result<voxels::TriangleModel>
+readBinary(std::span<const std::byte> bytes, std::uint64_t mostBytes)
 {
-    Corners corners;
+    Corners corners(mostBytes);
     const std::uint32_t count = countOf(bytes);
     for (std::size_t i = 0; i < count; ++i) {
         const std::span<const std::byte> triangle = bytes.subspan(kHeader + i * kTriangle + 12, 36);
@@ -84,16 +95,18 @@ core::Result<voxels::TriangleModel> readBinary(std::span<const std::byte> bytes)
                             << 8 * k;
                 position[axis] = static_cast<double>(std::bit_cast<float>(word));
             }
-            corners.add(position);
+            if (auto failed = corners.add(position))
+                return tl::unexpected(*failed);
         }
     }
     return corners.take();
 }
 
-core::Result<voxels::TriangleModel> readText(std::span<const std::byte> bytes)
+core::Result<voxels::TriangleModel>
+readText(std::span<const std::byte> bytes, std::uint64_t mostBytes)
 {
     TextScanner text(bytes);
-    Corners corners;
+    Corners corners(mostBytes);
     bool isStl = false;
     while (text.nextLine()) {
         const std::string_view key = text.word();
@@ -109,7 +122,8 @@ core::Result<voxels::TriangleModel> readText(std::span<const std::byte> bytes)
                 return tl::unexpected(damaged(text.at("a vertex needs three numbers")));
             position[axis] = *number;
         }
-        corners.add(position);
+        if (auto failed = corners.add(position))
+            return tl::unexpected(*failed);
     }
     if (!isStl)
         return tl::unexpected(damaged("it is neither a text nor a binary STL file"));
@@ -120,20 +134,21 @@ core::Result<voxels::TriangleModel> readText(std::span<const std::byte> bytes)
 
 } // namespace
 
-core::Result<voxels::TriangleModel> readStl(std::span<const std::byte> bytes, const ModelContext&)
+core::Result<voxels::TriangleModel>
+readStl(std::span<const std::byte> bytes, const ModelContext& context)
 {
     // binary files may begin with 'solid', too: their length tells
     if (bytes.size() >= kHeader) {
         const std::uint64_t whole = kHeader + std::uint64_t{countOf(bytes)} * kTriangle;
         if (bytes.size() == whole)
-            return readBinary(bytes);
+            return readBinary(bytes, context.mostBytes);
         const bool isText = std::memcmp(bytes.data(), "solid", 5) == 0;
         if (!isText)
             return tl::unexpected(damaged(
                 "it has " + std::to_string(bytes.size()) + " bytes, and its " +
                 std::to_string(countOf(bytes)) + " triangles take " + std::to_string(whole)));
     }
-    return readText(bytes);
+    return readText(bytes, context.mostBytes);
 }
 
 } // namespace isofront::exchange
