@@ -186,6 +186,12 @@ core::Result<void> checkOutput(const VoxelizeArguments& arguments)
             ErrorCode::usage, arguments.output + " is the source: name another model to write");
     if (arguments.format == "folder" && std::filesystem::is_directory(arguments.output, ignored))
         return {}; // an empty one will do
+    // What is renamed onto a device or a pipe takes its place.
+    if (std::filesystem::exists(arguments.output, ignored) &&
+        !std::filesystem::is_regular_file(arguments.output, ignored))
+        return core::failure(
+            ErrorCode::inputOutput,
+            arguments.output + " is there and no regular file: choose another name");
     return checkFolderOf(
         arguments.format == "folder" ? bare(arguments.output).string() : arguments.output);
 }

@@ -3,6 +3,7 @@
 #include "cli/CommandFixture.h"
 
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <cstdint>
@@ -362,6 +363,15 @@ TEST_F(ModelsCommand, tellTheFirstVoxelOnARay)
 }
 
 #ifdef ISOFRONT_WITH_VULKAN
+TEST_F(ModelsCommand, areNotWrittenInThePlaceOfAPipe)
+{
+    ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+    const auto refused = run("voxelize proc:sphere --resolution 16 -o pipe");
+    EXPECT_EQ(refused.exitCode, 4);
+    EXPECT_NE(refused.errors.find("pipe is there and no regular file"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
+}
+
 TEST_F(ModelsCommand, tellOtherCommandsWhatTakesAModel)
 {
     write("cube.ply", "ply");
