@@ -24,6 +24,12 @@ inline int trials(int usual)
     return std::max(1, static_cast<int>(usual * (value > 0 ? value : 1.0)));
 }
 
+/// True unless there are fewer trials than usual: only then can a test ask how much they met.
+inline bool areAllTrialsMade()
+{
+    return trials(100) >= 100;
+}
+
 /// A generator with a fixed seed, so that a failure can be repeated.
 inline std::mt19937_64 random(std::uint64_t seed)
 {

@@ -69,8 +69,10 @@ TEST(ChunkStreamer, isClosedInEveryFrame)
             }
         }
         EXPECT_TRUE(hasBegun);
-        EXPECT_GT(flight.tested, 0U);
-        EXPECT_EQ(flight.secondDraws > 0, flight.hasSecondPass);
+        if (tests::areAllTrialsMade()) {
+            EXPECT_GT(flight.tested, 0U);
+            EXPECT_EQ(flight.secondDraws > 0, flight.hasSecondPass);
+        }
     }
 }
 
@@ -176,8 +178,10 @@ TEST(ChunkStreamer, showsAllInEveryFrameWithASecondPass)
             ASSERT_EQ(flight.chunk, truth.chunk);
         }
     }
-    EXPECT_GT(tested, 0U);
-    EXPECT_GT(flight.secondDraws, 0U);
+    if (tests::areAllTrialsMade()) {
+        EXPECT_GT(tested, 0U);
+        EXPECT_GT(flight.secondDraws, 0U);
+    }
 }
 
 TEST(ChunkStreamer, restsEvenIfTheCacheIsTooSmall)
@@ -235,8 +239,10 @@ TEST(ChunkStreamer, movesChunksTogetherOnTheWay)
         for (int j = 0; j < 4; ++j)
             evictions += flight.step(camera).evictions.size();
     }
-    EXPECT_GT(evictions, 50U);
-    EXPECT_GT(flight.device.moved, 5U);
+    if (tests::areAllTrialsMade()) {
+        EXPECT_GT(evictions, 50U);
+        EXPECT_GT(flight.device.moved, 5U);
+    }
 }
 
 TEST(ChunkStreamer, leavesParentsInThePlaceOfDamagedChunks)
@@ -488,10 +494,14 @@ TEST(ChunkStreamer, keepsWhatFadingChunksRead)
                         draw.fades, draw.weight < 1 && !draw.occlusionOnly && draw.index != 0);
             }
         }
-        EXPECT_GT(flight.device.faded, 1000U);
-        EXPECT_GT(flight.device.moved, 0U);
+        if (tests::areAllTrialsMade()) {
+            EXPECT_GT(flight.device.faded, 1000U);
+            EXPECT_GT(flight.device.moved, 0U);
+        }
     }
-    EXPECT_GT(evictions, 50U);
+    if (tests::areAllTrialsMade()) {
+        EXPECT_GT(evictions, 50U);
+    }
 }
 
 TEST(ChunkStreamer, choosesTheSameWhetherChunksFade)
