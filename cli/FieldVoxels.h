@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Source.h"
+#include "SourceArguments.h"
 
 #include <isofront/core/Result.h>
 #include <isofront/voxels/FieldVoxelization.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "Source.h"
+#include "SourceArguments.h"
 
 #include <isofront/hierarchy/View.h>
 

@@ -2,7 +2,7 @@
 
 #include "DetailOptions.h"
 #include "MeshOptions.h"
-#include "Source.h"
+#include "SourceArguments.h"
 
 #include <isofront/core/Result.h>
 #include <isofront/gpu/Device.h>

@@ -1,6 +1,7 @@
 #include "SourceArguments.h"
 
 #include "Arguments.h"
+#include "Console.h"
 
 #include <charconv>
 #include <cmath>
@@ -117,6 +118,11 @@ core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std:
         options.voxelSize = *size;
     }
     return options;
+}
+
+std::string isovalueNote(double isovalue)
+{
+    return "note: no --isovalue given; " + brief(isovalue) + " separates best";
 }
 
 core::Result<Source>

@@ -1,8 +1,7 @@
 #pragma once
 
-#include "Source.h"
-
 #include <isofront/core/Result.h>
+#include <isofront/sources/Source.h>
 
 #include <CLI/CLI.hpp>
 
@@ -11,6 +10,11 @@
 #include <string>
 
 namespace isofront::cli {
+
+using sources::levelForStep;
+using sources::openSource;
+using sources::Source;
+using sources::SourceOptions;
 
 /// What the user says about a source: the same options in every command that opens one.
 struct SourceArguments {
@@ -33,6 +37,9 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments);
 
 /// Errors: usage for texts that are not what an option wants.
 core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std::stop_token stop);
+
+/// What to say where nobody has given an isovalue for a volume.
+std::string isovalueNote(double isovalue);
 
 /// Opens a source with what the user says about it.
 core::Result<Source>

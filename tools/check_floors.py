@@ -21,6 +21,10 @@ FLOORS = {
     "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
     "voxels": ("engine/voxels", ["core", "fields"]),
     "exchange": ("engine/exchange", ["core", "raster", "surface", "voxels"]),
+    "sources": (
+        "engine/sources",
+        ["core", "hierarchy", "fields", "volume", "elevation", "voxels", "exchange"],
+    ),
     "charts": ("charts", []),
     "bench": (
         "bench",

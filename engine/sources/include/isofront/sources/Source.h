@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-namespace isofront::cli {
+namespace isofront::sources {
 
-/// What a command works on, wherever it comes from.
+/// A field to be shown, and where it lies, wherever it comes from.
 struct Source {
     std::string name; ///< as the user wrote it
     std::string description;
@@ -61,9 +61,6 @@ struct SourceOptions {
     std::stop_token stop = {};
 };
 
-/// What to say where nobody has given an isovalue for a volume.
-std::string isovalueNote(double isovalue);
-
 /// The coarsest level 3k at which an axis step is at most this share of the domain's edge: that of
 /// a volume's own voxels, for theirs.
 int levelForStep(double share, int latticeSize);
@@ -73,4 +70,4 @@ int levelForStep(double share, int latticeSize);
 /// loadElevation say.
 core::Result<Source> openSource(const std::string& text, const SourceOptions& options);
 
-} // namespace isofront::cli
+} // namespace isofront::sources

@@ -1,6 +1,5 @@
-#include "Source.h"
+#include "isofront/sources/Source.h"
 
-#include "Console.h"
 #include "GraphFiles.h"
 
 #include <isofront/elevation/Landscape.h>
@@ -19,7 +18,7 @@
 #include <system_error>
 #include <utility>
 
-namespace isofront::cli {
+namespace isofront::sources {
 
 namespace {
 
@@ -177,11 +176,6 @@ core::Result<Source> openElevation(const std::string& text, const SourceOptions&
 
 } // namespace
 
-std::string isovalueNote(double isovalue)
-{
-    return "note: no --isovalue given; " + brief(isovalue) + " separates best";
-}
-
 int levelForStep(double share, int latticeSize)
 {
     int level = 0;
@@ -216,4 +210,4 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
     return openVolume(text, options);
 }
 
-} // namespace isofront::cli
+} // namespace isofront::sources

@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-namespace isofront::cli {
+namespace isofront::sources {
 
 namespace {
 
@@ -75,4 +75,4 @@ fields::graph::FileLoader graphFileLoader(std::uint64_t memoryLimit, std::stop_t
                const FileRequest& request) { return loader->load(request); };
 }
 
-} // namespace isofront::cli
+} // namespace isofront::sources
