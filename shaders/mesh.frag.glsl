@@ -1,15 +1,15 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 
 // Writes what the shading pass needs. Shading itself comes later, once a pixel: a rasteriser in
 // software shades whole blocks for every small triangle, twenty fragments for each.
+#include "include/meshSurface.glsl"
+
 layout(location = 0) in vec4 normalAndCap;
 
-// The normal towards the eye's side of the surface; in w: 0.25 for a surface, 0.5 for a cap (the
-// three vertices are caps), negative where the back is seen.
 layout(location = 0) out vec4 surface;
 
 void main()
 {
-    float kind = normalAndCap.w > 0.999 ? 0.5 : 0.25;
-    surface = vec4(normalAndCap.xyz, gl_FrontFacing ? kind : -kind);
+    surface = surfaceOf(normalAndCap, gl_FrontFacing);
 }

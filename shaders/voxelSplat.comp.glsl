@@ -73,9 +73,13 @@ void main()
     ivec4 reach = reachOf(cube);
     uint64_t name = uint64_t(nameOf(chunk, voxel));
     float edge = view.eye.w;
+    uint pictures = picturesOf(chunk);
+    bool fades = pictures != kInBoth;
 
     for (int y = reach.y; y <= reach.w; ++y) {
         for (int x = reach.x; x <= reach.z; ++x) {
+            if (fades && !isShownAt(uvec2(x, y), pictures))
+                continue;
             vec2 at = (vec2(x, y) + 0.5) * frame.picture.zw * 2.0 - 1.0;
             vec3 ray = frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
             // A ray along a plane lies on one side of it, whichever; it never divides by zero.

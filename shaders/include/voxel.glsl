@@ -6,6 +6,7 @@
 #define ISOFRONT_VOXEL_GLSL
 
 #include "shared/frame.h"
+#include "shared/transition.h"
 #include "shared/voxels.h"
 
 layout(set = 0, binding = 0) uniform FrameBlock { Frame frame; };
@@ -56,6 +57,17 @@ uint facesOf(uint packed)
 float weightOf(DrawnChunk chunk)
 {
     return uintBitsToFloat(chunk.box.w);
+}
+
+uint picturesOf(DrawnChunk chunk)
+{
+    return chunk.box.x >> kChunkPicturesShift;
+}
+
+// Whether a pixel shows one of these pictures.
+bool isShownAt(uvec2 pixel, uint pictures)
+{
+    return (pictures & pictureAt(pixel.x, pixel.y, frame.transition.x)) != 0u;
 }
 
 // What a chunk's node is drawn as, and its faces. A redundant one shrinks towards the side of its

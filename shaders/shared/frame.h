@@ -54,12 +54,17 @@ struct Frame {
     vec4 shadowSize;
     // Albedos, linear. Terrain: rock, a second rock, grass, scree, snow. Studio: surface, caps.
     vec4 colours[5];
+    // In x the weight of the present picture; see shared/transition.h.
+    vec4 transition;
 };
 
-// Where a drawn cell lies: low corner [lattice units]; in w its exponent.
+// Where a drawn cell lies: low corner [lattice units]; in w its exponent, and above its 8 bits the
+// pictures that it is part of.
 struct DrawnCell {
     uvec4 lowAndExponent;
 };
+const uint kExponentMask = 0xffu;
+const uint kCellPicturesShift = 8u;
 
 ISOFRONT_SHARED_END
 
@@ -73,7 +78,8 @@ static_assert(offsetof(isofront::shared::Frame, eyePhase) == 12 * 16);
 static_assert(offsetof(isofront::shared::Frame, sunDirection) == 14 * 16);
 static_assert(offsetof(isofront::shared::Frame, airScattering) == 18 * 16);
 static_assert(offsetof(isofront::shared::Frame, colours) == 29 * 16);
-static_assert(sizeof(isofront::shared::Frame) == 34 * 16);
+static_assert(offsetof(isofront::shared::Frame, transition) == 34 * 16);
+static_assert(sizeof(isofront::shared::Frame) == 35 * 16);
 static_assert(sizeof(isofront::shared::DrawnCell) == 16);
 #endif
 

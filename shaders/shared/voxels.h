@@ -14,6 +14,9 @@ const uint kBlockBits = 8u;
 // Corners of the three faces that a voxel may show.
 const uint kCornersOfVoxel = 12u;
 
+// Where a drawn chunk's pictures are, as shared/transition.h names them.
+const uint kChunkPicturesShift = 24u;
+
 // The frame as the voxels' lattice sees it; lengths in voxels of level 0. The lattice's axes are
 // the world's.
 struct VoxelView {
@@ -34,7 +37,8 @@ struct DrawnChunk {
     // number of nodes: voxels, and after them redundant ones; its first block.
     uvec4 place;
     // The places of the low and of the high corner of the box around its nodes, packed as voxels
-    // are; its number of voxels; the bits of its weight: 1 for itself, 0 for its parent's looks.
+    // are, and above the first the pictures that it is part of; its number of voxels; the bits of
+    // its weight: 1 for itself, 0 for its parent's looks.
     uvec4 box;
     // For weights below 1, in the pool of words: where the list of its nodes' parents begins, and
     // that of the places and directions of its redundant nodes; where the parent chunk's voxels

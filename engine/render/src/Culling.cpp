@@ -10,7 +10,10 @@
 namespace isofront::render {
 
 void visibleInto(
-    std::span<const StoredCell> cells, const GridView& view, std::vector<std::uint32_t>& order)
+    std::span<const StoredCell> cells,
+    const GridView& view,
+    std::vector<std::uint32_t>& order,
+    std::uint32_t pictures)
 {
     std::array<glm::dvec3, 4> reach{};
     for (std::size_t i = 0; i < reach.size(); ++i)
@@ -20,7 +23,7 @@ void visibleInto(
     std::vector<std::uint64_t> keys;
     keys.reserve(cells.size());
     for (std::size_t i = 0; i < cells.size(); ++i) {
-        if (cells[i].indexCount == 0)
+        if (cells[i].indexCount == 0 || (cells[i].pictures & pictures) == 0)
             continue;
         const glm::dvec3 low(cells[i].low - view.eye);
         const glm::dvec3 high(cells[i].high - view.eye);
@@ -41,6 +44,20 @@ void visibleInto(
     std::transform(keys.begin(), keys.end(), order.begin(), [](std::uint64_t key) {
         return static_cast<std::uint32_t>(key);
     });
+}
+
+std::size_t moveFadingLast(
+    std::span<const StoredCell> cells, std::uint32_t shown, std::vector<std::uint32_t>& order)
+{
+    const auto first = std::stable_partition(order.begin(), order.end(), [&](std::uint32_t cell) {
+        return !isFading(cells[cell].pictures, shown);
+    });
+    return static_cast<std::size_t>(order.end() - first);
+}
+
+std::uint32_t picturesShown(float weight)
+{
+    return (weight > 0 ? shared::kInPresent : 0) | (weight < 1 ? shared::kInFormer : 0);
 }
 
 } // namespace isofront::render

@@ -100,6 +100,11 @@ double defaultNearPlane(const hierarchy::Domain& domain)
     return std::ldexp(domain.edge * domain.worldFromField.stretch(), -24);
 }
 
+float shownWeight(const Scene& scene)
+{
+    return scene.transition < 1.0F ? std::max(scene.transition, 0.0F) : 1.0F;
+}
+
 shared::Frame frameData(
     const hierarchy::Domain& domain,
     const hierarchy::View& view,
@@ -177,6 +182,7 @@ shared::Frame frameData(
         frame.colours[0] = shared::vec4(scene.studio.surface, 0.0F);
         frame.colours[1] = shared::vec4(scene.studio.cap, 0.0F);
     }
+    frame.transition = shared::vec4(shownWeight(scene), 0.0F, 0.0F, 0.0F);
     return frame;
 }
 

@@ -37,6 +37,9 @@ GridView gridView(const hierarchy::Domain& domain, const hierarchy::View& view);
 /// The near plane of a scene that doesn't name one [world].
 double defaultNearPlane(const hierarchy::Domain& domain);
 
+/// `Scene::transition`, whatever it is, as a weight in [0, 1].
+float shownWeight(const Scene& scene);
+
 /// What the shaders get.
 /// @param shadowTexels  along a side of the shadow map
 shared::Frame frameData(

@@ -186,7 +186,7 @@ void MeshStore::retire(gpu::SlabPool::Range range)
 }
 
 /// Finds ranges for all that is added. If memory is short, waits for the frames in flight and lets
-/// the added meshes take the place of the removed ones.
+/// the added meshes take the place of the removed ones, which can then no longer fade.
 core::Result<MeshStore::Room> MeshStore::makeRoom(const surface::Delta& delta)
 {
     if (core::Result<void> recycled = recycle(); !recycled)
@@ -200,6 +200,10 @@ core::Result<MeshStore::Room> MeshStore::makeRoom(const surface::Delta& delta)
     gpu::SlabPool before = _pool;
     for (const surface::CellId& id : delta.removed)
         _pool.release(_cells[_index.at(id)].range);
+    for (const StoredCell& cell : _cells) {
+        if ((cell.pictures & StoredCell::kInWanted) == 0)
+            _pool.release(cell.range);
+    }
     if (std::optional<Ranges> ranges = allocate(delta))
         return Room{std::move(*ranges), std::move(before)};
     _pool = std::move(before);
@@ -252,25 +256,49 @@ core::Result<UploadStats> MeshStore::apply(const surface::Delta& delta)
         return tl::unexpected(uploaded.error());
     }
 
-    for (const surface::CellId& id : delta.removed) {
-        if (!room->before)
-            retire(_cells[_index.at(id)].range);
-        erase(id);
+    const bool fades = _holds && !room->before;
+    for (const surface::CellId& id : delta.removed)
+        takeAway(id, fades ? shared::kInBoth : 0, !room->before);
+    if (room->before) {
+        forgetAllBut(StoredCell::kInWanted, false);
+        showAll();
     }
     for (std::size_t i = 0; i < delta.added.size(); ++i) {
         _index.emplace(delta.added[i].id, _cells.size());
         _cells.push_back(stored(delta.added[i], room->ranges[i]));
+        _cells.back().pictures = fades ? StoredCell::kInWanted : StoredCell::kEverywhere;
     }
 
     UploadStats stats;
     stats.cellsAdded = delta.added.size();
     stats.cellsRemoved = delta.removed.size();
     stats.uploadedBytes = *uploaded;
+    stats.skippedFade = _holds && !fades;
     const core::Result<std::uint64_t> moved = moveOutOfSparseSlab();
     if (!moved)
         return tl::unexpected(moved.error());
     stats.movedBytes = *moved;
     return stats;
+}
+
+void MeshStore::hold(bool hold)
+{
+    _holds = hold;
+    if (hold)
+        return;
+    forgetAllBut(StoredCell::kInWanted, true);
+    showAll();
+}
+
+void MeshStore::beginTransition()
+{
+    forgetAllBut(StoredCell::kInWanted | shared::kInPresent, true);
+    for (StoredCell& cell : _cells) {
+        const bool wasPresent = (cell.pictures & shared::kInPresent) != 0;
+        const bool isWanted = (cell.pictures & StoredCell::kInWanted) != 0;
+        cell.pictures = (wasPresent ? shared::kInFormer : 0) |
+                        (isWanted ? shared::kInPresent | StoredCell::kInWanted : 0);
+    }
 }
 
 void MeshStore::clear()
@@ -286,14 +314,63 @@ std::uint64_t MeshStore::usedBytes() const
     return std::uint64_t{_pool.used()} * kVertexBytes;
 }
 
-void MeshStore::erase(const surface::CellId& id)
+std::size_t MeshStore::countIn(std::uint32_t pictures) const
+{
+    return static_cast<std::size_t>(std::ranges::count_if(
+        _cells, [&](const StoredCell& cell) { return (cell.pictures & pictures) != 0; }));
+}
+
+std::uint64_t MeshStore::fadingBytes() const
+{
+    std::uint64_t units = 0;
+    for (const StoredCell& cell : _cells)
+        units += (cell.pictures & StoredCell::kInWanted) == 0 ? cell.range.count : 0;
+    return units * kVertexBytes;
+}
+
+/// Takes a cell out of what is wanted, and forgets it unless it is part of a keeper.
+/// @param retires  false: its range is free already
+void MeshStore::takeAway(const surface::CellId& id, std::uint32_t keepers, bool retires)
 {
     const auto entry = _index.find(id);
     const std::size_t place = entry->second;
     _index.erase(entry);
+    _cells[place].pictures &= ~StoredCell::kInWanted;
+    if ((_cells[place].pictures & keepers) != 0)
+        return;
+    if (retires)
+        retire(_cells[place].range);
+    erase(place);
+}
+
+/// @param keepers  a cell that is part of any of them stays
+/// @param retires  false: the ranges of the others are free already
+void MeshStore::forgetAllBut(std::uint32_t keepers, bool retires)
+{
+    for (std::size_t place = 0; place < _cells.size();) {
+        if ((_cells[place].pictures & keepers) != 0) {
+            ++place;
+            continue;
+        }
+        if (retires)
+            retire(_cells[place].range);
+        erase(place);
+    }
+}
+
+void MeshStore::showAll()
+{
+    for (StoredCell& cell : _cells)
+        cell.pictures = StoredCell::kEverywhere;
+}
+
+/// Forgets a cell that isn't wanted, or no longer in the index, and leaves its range alone.
+void MeshStore::erase(std::size_t place)
+{
     if (place + 1 != _cells.size()) {
         _cells[place] = _cells.back();
-        _index[_cells[place].id] = place;
+        if ((_cells[place].pictures & StoredCell::kInWanted) != 0)
+            _index[_cells[place].id] = place;
     }
     _cells.pop_back();
 }

@@ -2,6 +2,7 @@
 
 #include "Uploads.h"
 #include "isofront/render/Renderer.h"
+#include "shared/transition.h"
 
 #include <isofront/core/Result.h>
 #include <isofront/gpu/Buffer.h>
@@ -26,6 +27,11 @@ struct StoredCell {
     std::uint32_t indexCount = 0;
     gpu::SlabPool::Range range;           ///< [vertices]
     hierarchy::GridPoint low{0}, high{0}; ///< box around its vertices
+    /// What it is part of: the pictures that shared/transition.h names, and `kInWanted`.
+    std::uint32_t pictures = kEverywhere;
+
+    static constexpr std::uint32_t kInWanted = 4; ///< shown after all deltas
+    static constexpr std::uint32_t kEverywhere = shared::kInBoth | kInWanted;
 
     [[nodiscard]] std::int32_t vertexOffset() const
     {
@@ -43,12 +49,21 @@ public:
 
     /// As `Renderer::apply`.
     core::Result<UploadStats> apply(const surface::Delta& delta);
+    /// As `Renderer::holdChanges`.
+    void hold(bool hold);
+    /// As `Renderer::beginTransition`.
+    void beginTransition();
     void clear();
 
+    /// Those that wait, or stay for a picture only, included.
     [[nodiscard]] std::span<const StoredCell> cells() const { return _cells; }
     /// Vertices and indices, both from its start.
     [[nodiscard]] const gpu::Buffer& buffer() const { return _buffer; }
+    [[nodiscard]] std::size_t wanted() const { return _index.size(); } ///< cells after all deltas
+    /// Cells that are part of any of these.
+    [[nodiscard]] std::size_t countIn(std::uint32_t pictures) const;
     [[nodiscard]] std::uint64_t usedBytes() const;
+    [[nodiscard]] std::uint64_t fadingBytes() const; ///< as `FrameStats::fadingBytes`
     [[nodiscard]] const gpu::SlabPool& pool() const { return _pool; }
 
 private:
@@ -58,7 +73,7 @@ private:
     using Ranges = std::vector<gpu::SlabPool::Range>;
     struct Room {
         Ranges ranges; ///< one for each cell that is added
-        /// The pool as it was, if the added meshes take the place of the removed ones.
+        /// The pool as it was, if the added meshes take the place of all that no delta wants.
         std::optional<gpu::SlabPool> before;
     };
     core::Result<Room> makeRoom(const surface::Delta& delta);
@@ -67,7 +82,10 @@ private:
     core::Result<std::uint64_t> upload(const surface::Delta& delta, const Room& room);
     core::Result<void> recycle();
     void retire(gpu::SlabPool::Range range);
-    void erase(const surface::CellId& id);
+    void takeAway(const surface::CellId& id, std::uint32_t keepers, bool retires);
+    void forgetAllBut(std::uint32_t keepers, bool retires);
+    void showAll();
+    void erase(std::size_t place);
     core::Result<std::uint64_t> moveOutOfSparseSlab();
 
     struct Retired {
@@ -80,7 +98,9 @@ private:
     gpu::SlabPool _pool;
     Uploads _uploads;
     std::vector<StoredCell> _cells;
+    /// Those of them that are shown after all deltas.
     std::unordered_map<surface::CellId, std::size_t, surface::CellIdHash> _index;
+    bool _holds = false;          ///< if not, every cell is part of everything
     std::deque<Retired> _retired; ///< in the order of their tickets
 };
 

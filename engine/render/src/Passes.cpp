@@ -4,6 +4,8 @@
 #include <isofront/gpu/Barriers.h>
 #include <isofront/shaders/antialiasFrag.h>
 #include <isofront/shaders/fullscreenVert.h>
+#include <isofront/shaders/meshFadingFrag.h>
+#include <isofront/shaders/meshFadingVert.h>
 #include <isofront/shaders/meshFrag.h>
 #include <isofront/shaders/meshVert.h>
 #include <isofront/shaders/shadowVert.h>
@@ -61,7 +63,9 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
     constexpr gpu::Binding kFrameInFragment{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER};
     constexpr gpu::Binding kImage{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
     constexpr std::array kMeshBindings{
-        gpu::Binding{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, VK_SHADER_STAGE_VERTEX_BIT},
+        gpu::Binding{
+            VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,
+            VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT},
         gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT}};
     constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage, kImage};
     constexpr std::array kAntialiasBindings{kFrameInFragment, kImage};
@@ -69,17 +73,20 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
     take(passes._shade, [&] { return makeStage(device, kShadeBindings, slots); });
     take(passes._antialias, [&] { return makeStage(device, kAntialiasBindings, slots); });
 
-    take(passes._meshPipeline, [&] {
+    const auto meshPipeline = [&](std::span<const std::uint32_t> vertex,
+                                  std::span<const std::uint32_t> fragment) {
         return gpu::makePipeline(
             device,
-            {.vertexShader = meshVert,
-             .fragmentShader = meshFrag,
+            {.vertexShader = vertex,
+             .fragmentShader = fragment,
              .layout = passes._mesh.layout.get(),
              .vertexBindings = {&kVertexBinding, 1},
              .vertexAttributes = kVertexAttributes,
              .colourFormats = {&kSurfaceFormat, 1},
              .depthFormat = kDepthFormat});
-    });
+    };
+    take(passes._meshPipeline, [&] { return meshPipeline(meshVert, meshFrag); });
+    take(passes._fadingPipeline, [&] { return meshPipeline(meshFadingVert, meshFadingFrag); });
     take(passes._shadowPipeline, [&] {
         return gpu::makePipeline(
             device,
@@ -183,6 +190,10 @@ void Passes::drawMeshes(
     vkCmdBeginRendering(commands, &info);
     bindStage(commands, _meshPipeline, _mesh, slot);
     drawMesh(commands, targets.extent(), draw);
+    if (draw.issueFading) {
+        bindStage(commands, _fadingPipeline, _mesh, slot);
+        draw.issueFading(commands);
+    }
     vkCmdEndRendering(commands);
 }
 

@@ -39,6 +39,9 @@ public:
         VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;
         VkFrontFace front = VK_FRONT_FACE_COUNTER_CLOCKWISE;
         std::function<void(VkCommandBuffer)> issue; ///< records the draws
+        /// Records the draws of cells that are in one of two pictures only; empty if there are
+        /// none.
+        std::function<void(VkCommandBuffer)> issueFading;
     };
     /// The same mesh as the sun sees it.
     void drawShadows(
@@ -71,8 +74,8 @@ private:
 
     gpu::Sampler _nearest, _linear;
     Stage _mesh, _shade, _antialias;
-    gpu::Pipeline _shadowPipeline, _meshPipeline, _terrainPipeline, _studioPipeline,
-        _antialiasPipeline;
+    gpu::Pipeline _shadowPipeline, _meshPipeline, _fadingPipeline, _terrainPipeline,
+        _studioPipeline, _antialiasPipeline;
 };
 
 } // namespace isofront::render

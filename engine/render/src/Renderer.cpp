@@ -44,12 +44,6 @@ struct Voxels {
     VoxelPass pass;
 };
 
-template <typename T>
-std::span<T> mappedAs(const gpu::Buffer& buffer)
-{
-    return {reinterpret_cast<T*>(buffer.mapped().data()), buffer.mapped().size() / sizeof(T)};
-}
-
 core::Result<void> checkOptions(const gpu::Device& device, const RendererOptions& options)
 {
     const auto limit = static_cast<int>(device.limits().maxImageDimension2D);
@@ -84,7 +78,8 @@ struct Renderer::Parts {
     gpu::Commands copying;
     std::uint64_t uploadedSinceFrame = 0;
     gpu::Image shadowMap;
-    std::vector<std::uint32_t> seen;   ///< cells in the picture, the nearest first
+    std::vector<std::uint32_t> seen;   ///< cells on screen, the nearest first; then fading ones
+    std::size_t fading = 0;            ///< how many of them fade
     SunBox shadowBox;                  ///< what the shadow map shows
     int mapAge = 0;                    ///< in frames
     std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
@@ -109,10 +104,6 @@ struct Renderer::Parts {
         const Scene& scene,
         const VoxelScene& shown);
     core::Result<void> resize(int width, int height);
-    /// Writes what the passes over the mesh read of these cells, from a draw on. Returns how many
-    /// triangles they have.
-    std::uint64_t
-    fill(const Slot& slot, std::span<const std::uint32_t> order, std::size_t first) const;
     void issueMeshes(
         VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const
     {
@@ -207,6 +198,16 @@ core::Result<UploadStats> Renderer::apply(const surface::Delta& delta)
     return stats;
 }
 
+void Renderer::holdChanges(bool hold)
+{
+    _parts->store.hold(hold);
+}
+
+void Renderer::beginTransition()
+{
+    _parts->store.beginTransition();
+}
+
 void Renderer::clear()
 {
     _parts->store.clear();
@@ -214,7 +215,7 @@ void Renderer::clear()
 
 std::size_t Renderer::cellCount() const
 {
-    return _parts->store.cells().size();
+    return _parts->store.wanted();
 }
 
 double Renderer::defaultNearPlane() const
@@ -236,29 +237,6 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
     lastSlot = nullptr;
     lastVoxels.reset();
     return {};
-}
-
-std::uint64_t Renderer::Parts::fill(
-    const Slot& slot, std::span<const std::uint32_t> order, std::size_t first) const
-{
-    const std::span<shared::DrawnCell> drawn = mappedAs<shared::DrawnCell>(slot.cells);
-    const std::span<VkDrawIndexedIndirectCommand> draws =
-        mappedAs<VkDrawIndexedIndirectCommand>(slot.draws);
-    const std::span<const StoredCell> cells = store.cells();
-    std::uint64_t triangles = 0;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const StoredCell& cell = cells[order[i]];
-        drawn[first + i].lowAndExponent = {
-            cell.corner.x, cell.corner.y, cell.corner.z, cell.exponent};
-        draws[first + i] = {
-            .indexCount = cell.indexCount,
-            .instanceCount = 1,
-            .firstIndex = cell.firstIndex(),
-            .vertexOffset = cell.vertexOffset(),
-            .firstInstance = static_cast<std::uint32_t>(first + i)};
-        triangles += cell.indexCount / 3;
-    }
-    return triangles;
 }
 
 core::Result<void> Renderer::Parts::record(
@@ -299,7 +277,12 @@ core::Result<void> Renderer::Parts::record(
         Passes::skipShadows(commands, shadowMap);
     pass("shadow");
     draw.cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT;
-    draw.issue = [&](VkCommandBuffer buffer) { issueMeshes(buffer, slot, 0, seen.size()); };
+    const std::size_t steady = seen.size() - fading;
+    draw.issue = [&](VkCommandBuffer buffer) { issueMeshes(buffer, slot, 0, steady); };
+    if (fading > 0)
+        draw.issueFading = [&](VkCommandBuffer buffer) {
+            issueMeshes(buffer, slot, steady, fading);
+        };
     passes.drawMeshes(commands, index, targets, draw);
     pass("mesh");
     if (withVoxels) {
@@ -470,6 +453,7 @@ core::Result<std::vector<PlacedChunk>> Renderer::Parts::listChunks(const VoxelSc
                 " is to be drawn that is not on the device; add it first");
         chunks.push_back(*chunk);
         chunks.back().occlusionOnly = draw.occlusionOnly;
+        chunks.back().pictures = picturesOf(draw);
         if (draw.weight < 1)
             voxels->store.fade(chunks.back(), draw.weight);
     }
@@ -487,8 +471,13 @@ core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
     const core::Result<std::vector<PlacedChunk>> chunks = listChunks(shown);
     if (!chunks)
         return tl::unexpected(chunks.error());
-    VoxelFrame frame =
-        voxelFrame(view, near, shown, *chunks, voxels->pass.splatsInto(targets.extent()));
+    VoxelFrame frame = voxelFrame(
+        view,
+        near,
+        shown,
+        *chunks,
+        voxels->pass.splatsInto(targets.extent()),
+        picturesShown(shownWeight(scene)));
     frame.stats.uploadedBytes = std::exchange(voxelBytesSinceFrame, 0);
     frame.stats.poolBytesUsed = voxels->store.usedBytes();
     const VoxelStats stats = frame.stats;
@@ -529,20 +518,23 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     const std::span<const StoredCell> cells = parts.store.cells();
     const SunBox sun =
         sunBox(parts.domain, view, scene, static_cast<int>(parts.shadowMap.extent().width));
-    visibleInto(cells, gridView(parts.domain, view), parts.seen);
+    const std::uint32_t shown = picturesShown(shownWeight(scene));
+    visibleInto(cells, gridView(parts.domain, view), parts.seen, shown);
+    parts.fading = moveFadingLast(cells, shown, parts.seen);
     parts.sunlit.clear();
     const bool redrawShadows = parts.updateSun(sun, scene.shadowInterval);
     if (redrawShadows)
-        visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit);
+        visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit, shared::kInPresent);
     if (core::Result<void> room =
             reserveDraws(*parts.device, slot, parts.seen.size() + parts.sunlit.size());
         !room)
         return tl::unexpected(room.error());
-    stats.triangles = parts.fill(slot, parts.seen, 0);
-    stats.shadowTriangles = parts.fill(slot, parts.sunlit, parts.seen.size());
+    stats.triangles = fillDraws(slot, cells, parts.seen, 0);
+    stats.shadowTriangles = fillDraws(slot, cells, parts.sunlit, parts.seen.size());
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
-    stats.cellsCulled = cells.size() - parts.seen.size();
+    stats.cellsFading = parts.fading;
+    stats.cellsCulled = parts.store.countIn(shown) - parts.seen.size();
     const core::Result<VoxelStats> voxelStats = parts.prepareVoxels(index, view, scene, voxels);
     if (!voxelStats)
         return tl::unexpected(voxelStats.error());
@@ -561,6 +553,7 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
 
     stats.uploadedBytes = std::exchange(parts.uploadedSinceFrame, 0);
     stats.poolBytesUsed = parts.store.usedBytes();
+    stats.fadingBytes = parts.store.fadingBytes();
     stats.deviceBytes = parts.device->allocatedBytes();
     stats.cpuMilliseconds = millisecondsSince(start);
     return stats;

@@ -13,6 +13,12 @@ namespace {
 /// Of one frame.
 constexpr std::size_t kMostPasses = 5;
 
+template <typename T>
+std::span<T> mappedAs(const gpu::Buffer& buffer)
+{
+    return {reinterpret_cast<T*>(buffer.mapped().data()), buffer.mapped().size() / sizeof(T)};
+}
+
 } // namespace
 
 core::Result<Slot> makeSlot(gpu::Device& device)
@@ -61,6 +67,35 @@ core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t cou
         slot.draws,
         room * sizeof(VkDrawIndexedIndirectCommand),
         VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+}
+
+std::uint64_t fillDraws(
+    const Slot& slot,
+    std::span<const StoredCell> cells,
+    std::span<const std::uint32_t> order,
+    std::size_t first)
+{
+    const std::span<shared::DrawnCell> drawn = mappedAs<shared::DrawnCell>(slot.cells);
+    const std::span<VkDrawIndexedIndirectCommand> draws =
+        mappedAs<VkDrawIndexedIndirectCommand>(slot.draws);
+    std::uint64_t triangles = 0;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const StoredCell& cell = cells[order[i]];
+        const std::uint32_t pictures = cell.pictures & shared::kInBoth;
+        drawn[first + i].lowAndExponent = {
+            cell.corner.x,
+            cell.corner.y,
+            cell.corner.z,
+            cell.exponent | pictures << shared::kCellPicturesShift};
+        draws[first + i] = {
+            .indexCount = cell.indexCount,
+            .instanceCount = 1,
+            .firstIndex = cell.firstIndex(),
+            .vertexOffset = cell.vertexOffset(),
+            .firstInstance = static_cast<std::uint32_t>(first + i)};
+        triangles += cell.indexCount / 3;
+    }
+    return triangles;
 }
 
 } // namespace isofront::render

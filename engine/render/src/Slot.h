@@ -1,5 +1,7 @@
 #pragma once
 
+#include "MeshStore.h"
+
 #include <isofront/core/Result.h>
 #include <isofront/gpu/Buffer.h>
 #include <isofront/gpu/Commands.h>
@@ -8,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace isofront::render {
@@ -28,5 +31,14 @@ core::Result<Slot> makeSlot(gpu::Device& device);
 
 /// Makes sure that the slot, which the GPU is done with, has room for so many draws.
 core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t count);
+
+/// Writes what the passes over the mesh read of these cells, from a draw on.
+/// @param order  indices into `cells`
+/// @return how many triangles they have
+std::uint64_t fillDraws(
+    const Slot& slot,
+    std::span<const StoredCell> cells,
+    std::span<const std::uint32_t> order,
+    std::size_t first);
 
 } // namespace isofront::render

@@ -1,5 +1,6 @@
 #include "VoxelFrame.h"
 
+#include "Culling.h"
 #include "FrameData.h"
 
 #include <glm/common.hpp>
@@ -60,7 +61,8 @@ struct Candidate {
     const PlacedChunk* chunk = nullptr;
     std::uint32_t place = 0; ///< in the list
     double distance = 0;     ///< of its box's nearest point [voxels]
-    enum Kind { splat, cubes, box } kind = cubes;
+    enum Kind { splat, cubes, fadingCubes, box } kind = cubes;
+    std::uint32_t pictures = shared::kInBoth;
 
     /// An order that doesn't depend on how the draws were ordered.
     bool operator<(const Candidate& other) const
@@ -93,7 +95,11 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
     frame.chunks.push_back(
         {.cornerAndLevel = shared::ivec4(glm::ivec3(corner), static_cast<int>(chunk.key.level)),
          .place = {chunk.firstWord, chunk.firstColour, nodes, firstBlock},
-         .box = {chunk.low, chunk.high, chunk.voxels, std::bit_cast<std::uint32_t>(chunk.weight)},
+         .box =
+             {chunk.low | candidate.pictures << shared::kChunkPicturesShift,
+              chunk.high,
+              chunk.voxels,
+              std::bit_cast<std::uint32_t>(chunk.weight)},
          .fade = {
              chunk.firstParent, chunk.firstParent + nodes, chunk.parentWord, chunk.parentColour}});
     if (candidate.kind == Candidate::box) {
@@ -104,6 +110,7 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
         frame.blocks.push_back({{index, voxel}});
     frame.stats.voxels += nodes;
     ++frame.stats.chunksDrawn;
+    frame.stats.chunksFading += candidate.pictures != shared::kInBoth ? 1 : 0;
     if (candidate.kind == Candidate::splat) {
         frame.splatBlocks = static_cast<std::uint32_t>(frame.blocks.size());
         frame.stats.splatted += nodes;
@@ -117,6 +124,7 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
              .firstIndex = 0,
              .vertexOffset = static_cast<std::int32_t>(voxel * shared::kCornersOfVoxel),
              .firstInstance = index});
+        frame.fadingCubes += candidate.kind == Candidate::fadingCubes ? 1 : 0;
     }
 }
 
@@ -126,8 +134,11 @@ std::optional<Candidate> candidateOf(
     const LatticeView& view,
     double near,
     const VoxelScene& scene,
-    bool splats)
+    bool splats,
+    std::uint32_t pictures)
 {
+    if ((chunk.pictures & pictures) == 0)
+        return std::nullopt;
     const Camera& camera = view.camera;
     const double edge = scene.lattice.edge;
     const double size = std::ldexp(1.0, static_cast<int>(chunk.key.level));
@@ -157,6 +168,11 @@ std::optional<Candidate> candidateOf(
     else if (
         splats && (scene.way == VoxelWay::splats || (scene.way == VoxelWay::automatic && small)))
         candidate.kind = Candidate::splat;
+    if (isFading(chunk.pictures, pictures)) {
+        candidate.pictures = chunk.pictures;
+        if (candidate.kind == Candidate::cubes)
+            candidate.kind = Candidate::fadingCubes;
+    }
     return candidate;
 }
 
@@ -167,7 +183,8 @@ VoxelFrame voxelFrame(
     double near,
     const VoxelScene& scene,
     std::span<const PlacedChunk> chunks,
-    bool splats)
+    bool splats,
+    std::uint32_t pictures)
 {
     VoxelFrame frame;
     frame.listed = chunks.size();
@@ -186,7 +203,8 @@ VoxelFrame voxelFrame(
 
     std::vector<Candidate> candidates;
     for (std::size_t i = 0; i < chunks.size(); ++i) {
-        std::optional<Candidate> candidate = candidateOf(chunks[i], seen, near, scene, splats);
+        std::optional<Candidate> candidate =
+            candidateOf(chunks[i], seen, near, scene, splats, pictures);
         if (!candidate)
             continue;
         candidate->place = static_cast<std::uint32_t>(i);

@@ -15,7 +15,8 @@
 namespace isofront::render {
 
 /// What the GPU gets to draw a frame's voxels. The chunks are in this order: shown as splats, shown
-/// as cubes, tested by their boxes only; within each the nearest first.
+/// as cubes, shown as cubes in one of two pictures only, tested by their boxes only; within each
+/// the nearest first.
 struct VoxelFrame {
     shared::VoxelView view{};
     std::vector<shared::DrawnChunk> chunks;
@@ -26,6 +27,7 @@ struct VoxelFrame {
     std::vector<std::uint32_t> untested;
     std::vector<shared::VoxelBlock> blocks;
     std::vector<VkDrawIndexedIndirectCommand> cubes;
+    std::size_t fadingCubes = 0;   ///< so many of them, the last ones, fade
     std::uint32_t splatBlocks = 0; ///< the first of the blocks
     std::uint32_t firstBox = 0;    ///< chunks from there on are only tested
     std::uint32_t boxes = 0;
@@ -41,11 +43,13 @@ inline constexpr std::uint32_t kVoxelsInDraw = 65536 / shared::kCornersOfVoxel;
 /// @param near    distance of the near plane [world]
 /// @param chunks  in any order
 /// @param splats  false if nothing may be splatted
+/// @param pictures  that the frame shows; chunks that are part of none of them are left out
 VoxelFrame voxelFrame(
     const hierarchy::View& view,
     double near,
     const VoxelScene& scene,
     std::span<const PlacedChunk> chunks,
-    bool splats);
+    bool splats,
+    std::uint32_t pictures);
 
 } // namespace isofront::render

@@ -6,6 +6,7 @@
 #include <isofront/shaders/fullscreenVert.h>
 #include <isofront/shaders/voxelBoxFrag.h>
 #include <isofront/shaders/voxelBoxVert.h>
+#include <isofront/shaders/voxelCubeFadingFrag.h>
 #include <isofront/shaders/voxelCubeFrag.h>
 #include <isofront/shaders/voxelCubeVert.h>
 #include <isofront/shaders/voxelMergeFrag.h>
@@ -113,6 +114,14 @@ core::Result<void> VoxelPass::makePipelines()
             gpu::GraphicsPipeline{
                 .vertexShader = voxelCubeVert,
                 .fragmentShader = voxelCubeFrag,
+                .layout = layout,
+                .colourFormats = {&kNameFormat, 1},
+                .depthFormat = kDepthFormat}},
+        std::pair{
+            &_fadingPipeline,
+            gpu::GraphicsPipeline{
+                .vertexShader = voxelCubeVert,
+                .fragmentShader = voxelCubeFadingFrag,
                 .layout = layout,
                 .colourFormats = {&kNameFormat, 1},
                 .depthFormat = kDepthFormat}},
@@ -332,7 +341,13 @@ void VoxelPass::drawNames(VkCommandBuffer commands, std::size_t slot, const Targ
         // Which faces are drawn is decided by the shader.
         gpu::setRasterState(commands, targets.extent(), VK_CULL_MODE_NONE);
         vkCmdBindIndexBuffer(commands, _indices.get(), 0, VK_INDEX_TYPE_UINT16);
-        issueDraws(*_device, commands, _slots[slot].cubes, 0, frame.cubes.size(), _indirect);
+        const std::size_t steady = frame.cubes.size() - frame.fadingCubes;
+        issueDraws(*_device, commands, _slots[slot].cubes, 0, steady, _indirect);
+        if (frame.fadingCubes > 0) {
+            bindStage(commands, _fadingPipeline, _stage, slot);
+            issueDraws(
+                *_device, commands, _slots[slot].cubes, steady, frame.fadingCubes, _indirect);
+        }
     }
     vkCmdEndRendering(commands);
 }

@@ -73,7 +73,8 @@ private:
     bool _indirect = true;
     gpu::Sampler _nearest;
     Stage _stage;
-    gpu::Pipeline _cubePipeline, _splatPipeline, _mergePipeline, _boxPipeline, _surfacePipeline;
+    gpu::Pipeline _cubePipeline, _fadingPipeline, _splatPipeline, _mergePipeline, _boxPipeline,
+        _surfacePipeline;
     gpu::Buffer _indices; ///< of kVoxelsInDraw voxels' faces
     gpu::Buffer _splats;  ///< depth and name of each pixel
     gpu::Image _names, _colours;

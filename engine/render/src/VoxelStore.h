@@ -2,6 +2,7 @@
 
 #include "Uploads.h"
 #include "isofront/render/Voxels.h"
+#include "shared/transition.h"
 
 #include <isofront/core/Result.h>
 #include <isofront/gpu/Buffer.h>
@@ -29,6 +30,7 @@ struct PlacedChunk {
     std::uint32_t low = 0;
     std::uint32_t high = 0;
     bool occlusionOnly = false; ///< as VoxelDraw says
+    std::uint32_t pictures = shared::kInBoth;
     // For weights below 1:
     float weight = 1;               ///< as VoxelDraw says
     std::uint32_t firstParent = 0;  ///< word of its nodes' parents; its redundant nodes follow
@@ -36,6 +38,13 @@ struct PlacedChunk {
     std::uint32_t parentWord = 0;   ///< of the parent chunk's voxels
     std::uint32_t parentColour = 0; ///< word of the parent chunk's first colour; 0 if it has none
 };
+
+/// The pictures that a draw is part of, as shared/transition.h names them.
+template <typename Draw>
+std::uint32_t picturesOf(const Draw& draw)
+{
+    return (draw.inFormer ? shared::kInFormer : 0) | (draw.inPresent ? shared::kInPresent : 0);
+}
 
 /// Of a chunk that a streamer has placed. Not sound if it doesn't lie in the pool.
 PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree);

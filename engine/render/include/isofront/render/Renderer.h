@@ -49,6 +49,7 @@ struct UploadStats {
     std::uint64_t uploadedBytes = 0;
     std::uint64_t movedBytes = 0; ///< inside the pool, to empty sparse slabs
     double cpuMilliseconds = 0;
+    bool skippedFade = false; ///< changes were held, but shown at once for want of room
 };
 
 /// What one pass cost on the GPU.
@@ -64,10 +65,14 @@ struct FrameStats {
     std::uint64_t shadowTriangles = 0; ///< in the cells that may cast shadows, drawn once more
     std::size_t draws = 0;
     std::size_t cellsDrawn = 0;
+    std::size_t cellsFading = 0; ///< of these, in one of two pictures only
     std::size_t cellsCulled = 0;
     std::uint64_t uploadedBytes = 0; ///< by the deltas since the last frame
     std::uint64_t poolBytesUsed = 0; ///< of the mesh pool, meshes on their way out included
-    std::uint64_t deviceBytes = 0;   ///< all device memory held, by everything on the device
+    /// Of meshes that deltas have removed, but that transitions still show: what a surface is to be
+    /// told in UpdateBudget::hostBytes.
+    std::uint64_t fadingBytes = 0;
+    std::uint64_t deviceBytes = 0; ///< all device memory held, by everything on the device
     VoxelStats voxels;
 };
 
@@ -88,7 +93,8 @@ public:
     Renderer(const Renderer&) = delete;
     Renderer& operator=(const Renderer&) = delete;
 
-    /// Takes one step: all of the delta, or on failure nothing. The next frame shows it.
+    /// Takes one step: all of the delta, or on failure nothing. The next frame shows it, unless
+    /// changes are held.
     ///
     /// @return resourceLimit if the meshes don't fit into the pool; usage if the delta removes a
     /// cell
@@ -96,8 +102,20 @@ public:
     ///
     /// Blocks only if the pool is so full that it must wait for frames in flight.
     core::Result<UploadStats> apply(const surface::Delta& delta);
-    /// Forgets all cells.
+    /// From now on deltas wait, one upon the other, until the next transition begins, and meshes
+    /// that they remove stay until no picture shows them. Where the pool has no room for that, all
+    /// changes are shown at once instead.
+    /// @param hold  false, as in the beginning: whatever waits is shown, and what fades has gone
+    void holdChanges(bool hold);
+    /// What was present becomes the former picture, and what waits becomes the present one. What
+    /// only the picture before them showed is let go. See TransitionClock.
+    ///
+    /// Between the two, Scene::transition decides, pixel by pixel. Each pixel shows what it would
+    /// show if its picture were drawn alone: so there are no holes and no double surfaces between.
+    void beginTransition();
+    /// Forgets all cells, at once.
     void clear();
+    /// Cells that are shown after all deltas, those that wait included.
     [[nodiscard]] std::size_t cellCount() const;
 
     /// Brings chunks of a voxel model to the device, all or on failure none. Nothing is drawn that

@@ -62,6 +62,9 @@ struct Scene {
     /// The shadow map is drawn anew every so many frames, >= 1, or sooner when the eye has flown a
     /// tenth of its width. More saves time; shadows then lag behind the mesh's changes.
     int shadowInterval = 1;
+    /// Weight of the present picture against the former one, in [0, 1]: TransitionClock::weight. So
+    /// large a share of the pixels shows the present one. Without a number, all do.
+    float transition = 1.0F;
     bool antialias = true; ///< softens stair steps; costs a pass over the picture
 };
 

@@ -30,6 +30,10 @@ struct VoxelDraw {
     /// voxels::transitionWeight. That takes its transition and the parent chunk, which both must
     /// have been added; without them, it looks like itself.
     float weight = 1;
+    /// Which of the two pictures of a transition it is part of: see Renderer::beginTransition. Each
+    /// of them should be whole in itself.
+    bool inFormer = true;
+    bool inPresent = true;
 };
 
 /// What it takes to draw a chunk on the way from its parent.
@@ -85,6 +89,7 @@ struct VoxelStats {
     std::uint64_t voxels = 0;        ///< in the chunks drawn, redundant nodes included
     std::uint64_t splatted = 0;      ///< of these, drawn by compute shaders
     std::size_t chunksDrawn = 0;     ///< in the view pyramid, and shown
+    std::size_t chunksFading = 0;    ///< of these, in one of two pictures only
     std::size_t chunksCulled = 0;    ///< outside the view pyramid
     std::size_t boxes = 0;           ///< of chunks that are only tested
     std::uint64_t uploadedBytes = 0; ///< since the last frame

@@ -85,6 +85,9 @@ struct ChunkDraw {
     /// all voxels, passing at equal depth, writing neither colour nor depth. Voxels contain all
     /// that they stand for, so what is behind is then known to be hidden.
     bool occlusionOnly = false;
+    /// Which of the two pictures of a transition it is part of.
+    bool inFormer = true;
+    bool inPresent = true;
     /// No voxels are fine enough here: the model's source should be drawn, if there is one.
     bool needsSource = false;
 };
