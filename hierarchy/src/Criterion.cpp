@@ -85,6 +85,17 @@ double BiasedCriterion::judge(const Diamond& diamond, DiamondState state) const
     return distance > 0 && distance < kAlways ? distance * _bias(diamond) : distance;
 }
 
+CappedCriterion::CappedCriterion(CriterionPointer criterion, double reach)
+    : _criterion(std::move(criterion)), _reach(reach)
+{
+    ISOFRONT_ASSERT(_reach >= 0, "nothing can be nearer than the eye");
+}
+
+double CappedCriterion::judge(const Diamond& diamond, DiamondState state) const
+{
+    return std::min(_criterion->refineDistance(diamond, state), _reach);
+}
+
 double longestLatticeEdge(int level, int latticeSize)
 {
     return std::numbers::sqrt3 * axisStep(level, latticeSize);

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -233,6 +234,60 @@ TEST(Refinement, keepsThePictureAndLeavesTheRestCoarserIfAskedTo)
             continue;
         ADD_FAILURE() << "a turn by next to nothing made work";
     }
+}
+
+TEST(CappedCriterion, takesAwayWhatIsBeyondItsReachAndNothingElse)
+{
+    const auto open = std::make_shared<DistanceCriterion>(1.0, 3.0);
+    auto random = tests::random(71);
+    std::size_t saved = 0;
+    for (int trial = 0; trial < 12; ++trial) {
+        const auto place = [&] { return tests::uniform(random, -0.2, 1.2); };
+        const glm::dvec3 eye(place(), place(), place());
+        const double reach = tests::uniform(random, 0.0, 0.4);
+        const Front all = frontOf(open, viewFrom(eye));
+        const Front near = frontOf(std::make_shared<CappedCriterion>(open, reach), viewFrom(eye));
+        EXPECT_EQ(tests::nonConformingFaces(near), 0U);
+        const auto distance = [&](const LatticePoint& centre) {
+            return std::max(0.0, glm::distance(placeOf(centre), eye) - radiusOf(centre));
+        };
+        std::size_t lost = 0;
+        std::size_t wasted = 0;
+        std::size_t invented = 0;
+        near.forEachCell([&](const CellId& id, const Tetrahedron& cell) {
+            const bool isWithin = std::ranges::any_of(cell.corner, [&](const LatticePoint& corner) {
+                return glm::distance(placeOf(corner), eye) < reach * (1 - 1e-9);
+            });
+            const double wanted = open->refineDistance(Diamond(id.spine));
+            lost +=
+                isWithin && cell.level < 40 && distance(id.spine) < wanted * (1 - 1e-9) ? 1U : 0U;
+        });
+        near.forEachDiamond([&](const LatticePoint& centre) {
+            invented += near.isSplit(centre) && !all.isSplit(centre) ? 1U : 0U;
+            // what nothing depends on was not split for conformity
+            wasted += near.isMergeable(centre) && distance(centre) > reach * (1 + 1e-9) ? 1U : 0U;
+        });
+        EXPECT_EQ(lost, 0U) << "what is within reach has all its detail";
+        EXPECT_EQ(invented, 0U);
+        EXPECT_EQ(wasted, 0U) << "what is beyond has none of its own";
+        saved += all.cellCount() - near.cellCount();
+    }
+    EXPECT_GT(saved, 10'000U);
+}
+
+TEST(CappedCriterion, alsoCapsWhatIsAlwaysRefinedAndLeavesWhatNeverIs)
+{
+    Focus focus;
+    focus.box = {{0.5, 0.5, 0.5}, {0.5, 0.5, 0.5}};
+    focus.radius = 1;
+    focus.error = 0.05;
+    const auto always = std::make_shared<FocusCriterion>(Domain{}, focus, errorOf);
+    const CappedCriterion capped(always, 0.75);
+    EXPECT_EQ(capped.refineDistance(Diamond(kRootDiamond)), 0.75);
+    const auto never = std::make_shared<UniformCriterion>(0);
+    EXPECT_EQ(CappedCriterion(never, 0.75).refineDistance(Diamond(kRootDiamond)), kNever);
+    const auto far = std::make_shared<DistanceCriterion>(1.0, 0.5);
+    EXPECT_EQ(CappedCriterion(far, 0.75).refineDistance(Diamond(kRootDiamond)), 0.5);
 }
 
 TEST(Refinement, keepsItsAppointmentsAfterAJourneyToTheEndOfTheWorldAndBack)

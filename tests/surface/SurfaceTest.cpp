@@ -112,6 +112,44 @@ TEST(Surface, settlesAtOnceIntoWhatUpdatesLeadTo)
     EXPECT_LT(direct.stats().deltas, stepwise.stats().deltas + 22);
 }
 
+TEST(Surface, isAsFineAsEverWithinItsReachAndCrackFreeBeyond)
+{
+    const auto field = std::make_shared<Hills>();
+    const hierarchy::View view = viewFrom({0.4, 0.3, 0.65});
+    Surface whole(field, {}, smallOptions());
+    Host all;
+    all.apply(whole.settle(view));
+
+    constexpr double kReach = 0.2;
+    SurfaceOptions options = smallOptions();
+    options.detail.reach = kReach;
+    Surface surface(field, {}, options);
+    Host near;
+    near.apply(surface.settle(view));
+    EXPECT_EQ(near.cracks(), 0U);
+    EXPECT_LT(4 * near.triangles(), 3 * all.triangles());
+    std::size_t within = 0;
+    for (const auto& [id, mesh] : all.cells()) {
+        const hierarchy::Tetrahedron cell = hierarchy::tetrahedronOf(id);
+        const glm::dvec3 low = hierarchy::Domain{}.fieldFromLattice(cell.low());
+        const glm::dvec3 high = hierarchy::Domain{}.fieldFromLattice(cell.high());
+        // a cell is part of the sphere of the diamond that was split for it
+        glm::dvec3 furthest = glm::max(glm::abs(low - view.eye), glm::abs(high - view.eye));
+        if (glm::length(furthest) > kReach)
+            continue;
+        ++within;
+        ASSERT_TRUE(near.cells().contains(id));
+        EXPECT_EQ(near.cells().at(id)->vertices, mesh->vertices);
+    }
+    EXPECT_GT(within, 10U);
+
+    // and it may change at any time
+    surface.setDetail(options.pixelError, {});
+    settleInto(surface, near, view);
+    EXPECT_EQ(near.cells().size(), all.cells().size());
+    EXPECT_EQ(near.cracks(), 0U);
+}
+
 TEST(Surface, stopsSettlingOnRequestAndLosesNothing)
 {
     Surface surface(std::make_shared<Hills>(), {}, smallOptions());

@@ -169,6 +169,9 @@ hierarchy::CriterionPointer detailCriterion(
     if (settings.bias)
         criteria.back() =
             std::make_shared<hierarchy::BiasedCriterion>(criteria.back(), settings.bias);
+    if (settings.reach < hierarchy::kAlways)
+        criteria.back() =
+            std::make_shared<hierarchy::CappedCriterion>(criteria.back(), settings.reach);
     std::vector<hierarchy::Focus> places = settings.focus;
     if (settings.worldError > 0) {
         hierarchy::Focus everywhere;

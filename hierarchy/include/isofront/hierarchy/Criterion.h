@@ -150,6 +150,20 @@ private:
     Bias _bias;
 };
 
+/// Another criterion that refines nothing for a viewer who is further away than this, also not what
+/// it would always refine.
+class CappedCriterion final : public Criterion {
+public:
+    /// @param reach  [world], >= 0
+    CappedCriterion(CriterionPointer criterion, double reach);
+
+private:
+    [[nodiscard]] double judge(const Diamond& diamond, DiamondState state) const override;
+
+    CriterionPointer _criterion;
+    double _reach;
+};
+
 /// The same level everywhere.
 class UniformCriterion final : public Criterion {
 public:

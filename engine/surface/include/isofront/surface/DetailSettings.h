@@ -27,6 +27,10 @@ struct DetailSettings {
     /// Scales refinement distances place by place, for example of what is hidden. It must give the
     /// same for the same diamond until `Surface::setDetail` is called again. Empty for none.
     hierarchy::BiasedCriterion::Bias bias;
+    /// How far from the viewer there is any detail for the viewer's sake [world], >= 0: what lies
+    /// further away is refined no more than cracks and the other settings ask for. For those who
+    /// show something else there, as surface voxels.
+    double reach = hierarchy::kAlways;
     /// By how many levels a place may stay coarser than its level's expected error asks for, where
     /// its cells are measured to be good enough: 3 halve the lattice step. 0 does not measure,
     /// which costs about a tenth less a cell.
