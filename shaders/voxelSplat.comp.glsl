@@ -82,12 +82,8 @@ void main()
                 continue;
             vec2 at = (vec2(x, y) + 0.5) * frame.picture.zw * 2.0 - 1.0;
             vec3 ray = frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
-            // A ray along a plane lies on one side of it, whichever; it never divides by zero.
-            ray = mix(ray, vec3(1e-30), lessThan(abs(ray), vec3(1e-30)));
-            vec3 toLow = cube.low / ray;
-            vec3 toHigh = cube.high / ray;
-            vec3 enters = min(toLow, toHigh);
-            vec3 leaves = max(toLow, toHigh);
+            vec3 leaves;
+            vec3 enters = entersOf(cube, ray, leaves);
             float entry = max(enters.x, max(enters.y, enters.z));
             if (entry > min(leaves.x, min(leaves.y, leaves.z)))
                 continue;

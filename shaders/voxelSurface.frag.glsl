@@ -51,31 +51,38 @@ void main()
     if (visible[start.x] == 0u)
         visible[start.x] = 1u;
 
+    vec2 at = gl_FragCoord.xy * frame.picture.zw * 2.0 - 1.0;
+    vec3 ray = frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
     bool redundant = voxel >= chunk.box.z;
     float weight = weightOf(chunk);
-    uint parent = weight < 1.0 ? words[chunk.fade.x + voxel] : 0u;
-    vec3 normal = vec3(0.0);
-    if (weight < 1.0)
-        normal = normalIn(words[chunk.fade.z + 2u * parent + 1u]);
-    if (!redundant) {
-        vec3 own = normalIn(words[chunk.place.x + 2u * voxel + 1u]);
-        vec3 mixed = mix(normal, own, weight);
-        normal = weight < 1.0 && dot(mixed, mixed) > 1e-12 ? normalize(mixed) : own;
+    bool fades = weight < 1.0;
+    uint parent = fades ? words[chunk.fade.x + voxel] : 0u;
+    uint normalAbove = fades ? words[chunk.fade.z + 2u * parent + 1u] : 0u;
+    uint normalOwn = redundant ? 0u : words[chunk.place.x + 2u * voxel + 1u];
+    // Few voxels look different from their sides; only they ask which one is seen.
+    uint face = 0u;
+    if (((normalAbove | normalOwn) & kHasFaces) != 0u)
+        face = enteredFace(chunk, voxel, ray);
+    Look above = Look(0u, 0u);
+    if (fades)
+        above = lookOf(chunk.fade.z, chunk.fade.w, parent, normalAbove, face);
+    Look own = above;
+    if (!redundant)
+        own = lookOf(chunk.place.x, chunk.place.y, voxel, normalOwn, face);
+
+    vec3 normal = normalIn(own.normal);
+    if (fades && !redundant) {
+        vec3 mixed = mix(normalIn(above.normal), normal, weight);
+        normal = dot(mixed, mixed) > 1e-12 ? normalize(mixed) : normal;
     }
     // Of a closed model, voxels at the outline may well look away a little. What looks away more
     // belongs to a sheet that is seen from behind.
-    vec2 at = gl_FragCoord.xy * frame.picture.zw * 2.0 - 1.0;
-    vec3 ray = frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
     bool back = dot(normal, normalize(ray)) > 0.5;
 
     bool coloured = chunk.place.y != 0u;
-    colour = vec4(0.0);
-    if (coloured && !redundant)
-        colour = unpackUnorm4x8(words[chunk.place.y + voxel]);
-    if (coloured && weight < 1.0 && chunk.fade.w != 0u) {
-        vec4 above = unpackUnorm4x8(words[chunk.fade.w + parent]);
-        colour = redundant ? above : between(above, colour, weight);
-    }
+    colour = coloured ? unpackUnorm4x8(own.colour) : vec4(0.0);
+    if (coloured && !redundant && fades && chunk.fade.w != 0u)
+        colour = between(unpackUnorm4x8(above.colour), colour, weight);
     float kind = coloured ? 1.0 : 0.25;
     surface = vec4(normal, back ? -kind : kind);
 }

@@ -97,6 +97,65 @@ uint facesTowardsEye(Cube cube)
            (high.z << 5u);
 }
 
+// When a ray from the eye comes to the planes of a cube that it meets first, along each axis. A ray
+// along a plane lies on one side of it, whichever; it never divides by zero.
+vec3 entersOf(Cube cube, vec3 ray, out vec3 leaves)
+{
+    ray = mix(ray, vec3(1e-30), lessThan(abs(ray), vec3(1e-30)));
+    vec3 toLow = cube.low / ray;
+    vec3 toHigh = cube.high / ray;
+    leaves = max(toLow, toHigh);
+    return min(toLow, toHigh);
+}
+
+// The face by which a ray enters a node that it shows. Where rounding makes it miss the cube's edge,
+// the one that is nearest.
+uint enteredFace(DrawnChunk chunk, uint node, vec3 ray)
+{
+    uint faces;
+    Cube cube = nodeOf(chunk, node, faces);
+    uint shown = faces & facesTowardsEye(cube);
+    vec3 leaves;
+    vec3 enters = entersOf(cube, ray, leaves);
+    float last = -1e30;
+    uint entered = 0u;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        uint side = (shown >> (2u * axis)) & 3u;
+        if (side == 0u || enters[axis] <= last)
+            continue;
+        last = enters[axis];
+        entered = 2u * axis + (side >> 1u);
+    }
+    return entered;
+}
+
+// The words of how a voxel looks: its normal, and its colour or 0.
+struct Look {
+    uint normal;
+    uint colour;
+};
+
+// From across a face.
+// @param chunk    the first word of the voxel's chunk
+// @param colours  of its first colour; 0 if it has none
+// @param normal   the voxel's second word
+Look lookOf(uint chunk, uint colours, uint voxel, uint normal, uint face)
+{
+    Look look = Look(normal, colours != 0u ? words[colours + voxel] : 0u);
+    if ((normal & kHasFaces) == 0u)
+        return look;
+    // As voxels::standardForm says.
+    uint set = chunk + (normal & ~kHasFaces);
+    look.normal = words[set];
+    uint attributes = words[set + 1u];
+    uint mask = (look.normal >> 30u) | ((attributes >> 28u) << 2u);
+    if (((mask >> face) & 1u) == 0u)
+        return look;
+    uint before = uint(bitCount(mask & ((1u << face) - 1u)));
+    uint own = chunk + (attributes & 0x0fffffffu) + 2u * before;
+    return Look(words[own], words[own + 1u]);
+}
+
 vec4 clipped(vec3 fromEye)
 {
     return vec4(

@@ -11,6 +11,9 @@ ISOFRONT_SHARED_BEGIN
 const uint kVoxelsInBlock = 256u;
 const uint kBlockBits = 8u;
 
+// In the second word of a voxel, as voxels::kHasFaces: its faces have looks of their own.
+const uint kHasFaces = 0x80000000u;
+
 // Corners of the three faces that a voxel may show.
 const uint kCornersOfVoxel = 12u;
 

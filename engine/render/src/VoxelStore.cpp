@@ -1,5 +1,7 @@
 #include "VoxelStore.h"
 
+#include <isofront/voxels/ChunkForm.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -18,8 +20,7 @@ constexpr std::uint32_t kSlabUnits = kSlabBytes / kPoolUnit;
 
 std::size_t bytesOf(const voxels::Chunk& chunk)
 {
-    return chunk.voxels.size() * sizeof(voxels::Voxel) +
-           chunk.colours.size() * sizeof(std::uint32_t);
+    return chunk.bytes();
 }
 
 std::size_t bytesOf(const VoxelTransition& transition)
@@ -61,13 +62,7 @@ PlacedChunk placed(const voxels::Chunk& chunk, gpu::SlabPool::Range range)
 
 void copyInto(std::span<std::byte> place, const voxels::Chunk& chunk)
 {
-    const std::size_t voxelBytes = chunk.voxels.size() * sizeof(voxels::Voxel);
-    std::memcpy(place.data(), chunk.voxels.data(), voxelBytes);
-    if (!chunk.colours.empty())
-        std::memcpy(
-            place.data() + voxelBytes,
-            chunk.colours.data(),
-            chunk.colours.size() * sizeof(std::uint32_t));
+    voxels::packInto(chunk, place);
 }
 
 void copyInto(std::span<std::byte> place, const VoxelTransition& transition)
@@ -133,7 +128,8 @@ bool isWithin(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree, std:
         return offset <= bytes && words <= (bytes - offset) / sizeof(std::uint32_t);
     };
     const auto wordsOf = [](const voxels::ChunkEntry& entry) {
-        return std::uint64_t{entry.voxels} * (entry.coloured ? 3 : 2);
+        return std::uint64_t{entry.voxels} * (entry.coloured ? 3 : 2) +
+               2 * (std::uint64_t{entry.faceSets} + entry.faceAttributes);
     };
     const voxels::ChunkTree::Node& node = tree[draw.index];
     if (!fits(draw.offset, wordsOf(node.entry)))
@@ -191,6 +187,11 @@ core::Result<void> VoxelStore::check(std::span<const voxels::Chunk> chunks) cons
                 core::ErrorCode::badData,
                 nameOf(chunk.key) + " has " + std::to_string(chunk.voxels.size()) + " voxels and " +
                     std::to_string(chunk.colours.size()) + " colours, so it can't be shown");
+        if (!voxels::hasSoundFaces(chunk))
+            return core::failure(
+                core::ErrorCode::badData,
+                nameOf(chunk.key) + " has face sets that are not in order, or name what is not "
+                                    "there, so it can't be shown");
     }
     return {};
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 
 namespace isofront::voxels {
@@ -39,14 +41,16 @@ FaceAttributes attributesOf(const Chunk& chunk, std::size_t voxel, Face face)
     return {chunk.voxels[voxel].normal, chunk.colours.empty() ? 0 : chunk.colours[voxel]};
 }
 
-std::vector<std::uint32_t> facesOfEach(const Chunk& chunk)
+bool hasSoundFaces(const Chunk& chunk)
 {
-    if (chunk.faceSets.empty())
-        return {};
-    std::vector<std::uint32_t> faces(chunk.voxels.size());
-    for (const FaceSet& set : chunk.faceSets)
-        faces[set.voxel] = set.faces;
-    return faces;
+    std::size_t next = 0; // the first voxel that may have the next set
+    return std::ranges::all_of(chunk.faceSets, [&](const FaceSet& set) {
+        const std::size_t end =
+            std::size_t{set.first()} + static_cast<std::size_t>(std::popcount(set.mask()));
+        const bool inOrder = set.voxel >= next && set.voxel < chunk.voxels.size();
+        next = std::size_t{set.voxel} + 1;
+        return inOrder && end <= chunk.faceAttributes.size();
+    });
 }
 
 std::vector<std::uint8_t> cappedFaces(const Chunk& chunk)

@@ -108,14 +108,8 @@ const char* disorderOf(const Chunk& chunk)
     for (std::size_t i = 1; i < chunk.voxels.size(); ++i)
         if (chunk.voxels[i].order() <= chunk.voxels[i - 1].order())
             return "its voxels are not in order";
-    for (std::size_t i = 0; i < chunk.faceSets.size(); ++i) {
-        const FaceSet& set = chunk.faceSets[i];
-        if (set.voxel >= chunk.voxels.size() || (i > 0 && set.voxel <= chunk.faceSets[i - 1].voxel))
-            return "its face sets are not in order";
-        if (set.first() + static_cast<std::size_t>(std::popcount(set.mask())) >
-            chunk.faceAttributes.size())
-            return "a face set names attributes that are not there";
-    }
+    if (!hasSoundFaces(chunk))
+        return "its face sets are not in order, or name what is not there";
     return nullptr;
 }
 

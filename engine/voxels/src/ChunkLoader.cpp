@@ -158,27 +158,4 @@ bool ChunkLoader::addTransition(ChunkIndex index, const Chunk& chunk, std::span<
     return true;
 }
 
-ChunkForm standardForm()
-{
-    ChunkForm form;
-    form.bytes = [](const ChunkEntry& entry) {
-        return entry.voxels *
-               std::uint64_t{sizeof(Voxel) + (entry.coloured ? sizeof(std::uint32_t) : 0)};
-    };
-    form.pack = [](const Chunk& chunk, std::span<std::byte> data) {
-        const std::vector<std::uint8_t> faces = cappedFaces(chunk);
-        for (std::size_t i = 0; i < chunk.voxels.size(); ++i) {
-            Voxel voxel = chunk.voxels[i];
-            voxel.place = packPlace(voxel.x(), voxel.y(), voxel.z(), faces[i]);
-            std::memcpy(data.data() + i * sizeof(Voxel), &voxel, sizeof(Voxel));
-        }
-        if (!chunk.colours.empty())
-            std::memcpy(
-                data.data() + chunk.voxels.size() * sizeof(Voxel),
-                chunk.colours.data(),
-                chunk.colours.size() * sizeof(std::uint32_t));
-    };
-    return form;
-}
-
 } // namespace isofront::voxels

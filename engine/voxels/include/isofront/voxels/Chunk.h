@@ -86,9 +86,8 @@ struct Chunk {
 /// Cost: a binary search among the chunk's face sets.
 FaceAttributes attributesOf(const Chunk& chunk, std::size_t voxel, Face face);
 
-/// FaceSet::faces of each voxel, 0 for those that have no set; empty if the chunk has none. For
-/// those who draw: one more word beside each voxel finds the attributes of its faces.
-std::vector<std::uint32_t> facesOfEach(const Chunk& chunk);
+/// Whether the chunk's face sets are in order, and name voxels and attributes that there are.
+bool hasSoundFaces(const Chunk& chunk);
 
 /// Face masks with those faces added that lie in a chunk's own border: where chunks of different
 /// detail meet, neighbours don't cover each other, and without these caps one could look through.

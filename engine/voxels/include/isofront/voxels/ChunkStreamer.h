@@ -2,13 +2,13 @@
 
 #include <isofront/core/Jobs.h>
 #include <isofront/core/Result.h>
+#include <isofront/voxels/ChunkForm.h>
 #include <isofront/voxels/ChunkStore.h>
 #include <isofront/voxels/ChunkTree.h>
 #include <isofront/voxels/ChunkView.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -22,18 +22,6 @@ enum class StreamingPolicy {
     /// The children that are there: holes for a moment, but no step back in detail.
     partial,
 };
-
-/// How chunks lie in the memory of the device.
-struct ChunkForm {
-    /// How much a chunk takes there [bytes].
-    std::function<std::uint64_t(const ChunkEntry&)> bytes;
-    /// Writes exactly so much. Runs in the background, on several threads at once.
-    std::function<void(const Chunk&, std::span<std::byte>)> pack;
-};
-
-/// Eight bytes a voxel as they are stored, but with the faces in the chunk's border added
-/// (cappedFaces); then its colours, if it has any.
-ChunkForm standardForm();
 
 /// Chunks start at multiples of it [bytes].
 inline constexpr std::uint64_t kChunkAlignment = 256;
