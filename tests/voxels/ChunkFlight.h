@@ -75,7 +75,7 @@ public:
                 seen.push_back({number, visible});
         const std::uint64_t completed = frame > latency ? frame - latency : 0;
         device.complete(completed, *streamer);
-        const ChunkFrame& work = streamer->update(camera.view(), frame, completed, seen);
+        const ChunkFrame& work = streamer->update(camera.view(), frame, completed, seen, turn);
         device.submit(frame, work, *streamer);
         for (const ChunkDraw& draw : work.draws)
             EXPECT_TRUE(!draw.occlusionOnly || _before.mayShow(streamer->tree()[draw.index].box))
@@ -170,6 +170,7 @@ public:
     std::uint64_t frame = 0;
     std::uint64_t latency = 2;
     Feedback feedback = Feedback::exact;
+    ChunkTurn turn;
     bool losesFeedback = false;
     bool hasSecondPass = false;
     std::size_t secondDraws = 0;

@@ -1,6 +1,7 @@
 #include "ChunkSelection.h"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 namespace isofront::voxels {
@@ -28,11 +29,12 @@ ChunkSelection::ChunkSelection(const ChunkTree& tree, const StreamingSettings& s
 {
 }
 
-void ChunkSelection::begin(const ChunkView& view)
+void ChunkSelection::begin(const ChunkView& view, const ChunkTurn& turn)
 {
     if (_tick == 0 || view != _view)
         ++_viewVersion;
     _view = view;
+    _turn = turn;
     ++_tick;
 }
 
@@ -80,11 +82,23 @@ void ChunkSelection::wanted(double coarsening, std::vector<Wanted>& chunks) cons
     });
 }
 
+void ChunkSelection::kept(std::vector<ChunkIndex>& chunks) const
+{
+    chunks.clear();
+    if (_turn.begins && _turn.weight >= 1)
+        return;
+    const Pictures pictures = _turn.begins ? kPresent : kBoth;
+    std::ranges::copy_if(_visited, std::back_inserter(chunks), [&](ChunkIndex index) {
+        return (_nodes[index].reached & pictures) != 0 && _view.mayShow(_tree[index].box);
+    });
+}
+
 void ChunkSelection::enter(ChunkIndex index)
 {
     Node& node = _nodes[index];
     if (node.visited == _tick)
         return;
+    _visited.push_back(index);
     if (node.visited + 1 != _tick) {
         node.seen = _tick;
         node.isClosed = false;
@@ -93,10 +107,15 @@ void ChunkSelection::enter(ChunkIndex index)
 }
 
 void ChunkSelection::draw(
-    ChunkIndex index, double distance, double pixels, bool isTest, std::vector<ChunkDraw>& draws)
+    ChunkIndex index,
+    double distance,
+    double pixels,
+    bool isTest,
+    Pictures pictures,
+    std::vector<ChunkDraw>& draws)
 {
     Node& node = _nodes[index];
-    if (node.drawn + 1 != _tick || node.wasTested != isTest)
+    if (node.drawn + 1 != _tick || node.wasTested != isTest || pictures != kBoth)
         node.since = _tick;
     node.drawn = _tick;
     node.wasTested = isTest;
@@ -110,49 +129,82 @@ void ChunkSelection::draw(
     const double bound = _settings.voxelPixels * _coarsening;
     draw.weight = static_cast<float>(std::clamp(2 * pixels / bound - 1, 0.0, 1.0));
     draw.occlusionOnly = isTest;
+    draw.inFormer = (pictures & kFormer) != 0;
+    draw.inPresent = (pictures & kPresent) != 0;
     draw.needsSource = !isTest && chunk.isLeaf && pixels > _settings.sourcePixels;
     draws.push_back(draw);
 }
 
-/// @return when the chunk, or anything that stands for it, was last seen
-ChunkSelection::Tick
-ChunkSelection::visit(ChunkIndex index, const IsThere& isThere, std::vector<ChunkDraw>& draws)
+ChunkSelection::Children
+ChunkSelection::childrenInView(ChunkIndex index, const IsThere& isThere) const
 {
-    enter(index);
+    Children children;
+    std::size_t inView = 0;
+    for (const ChunkIndex child : _tree[index].children) {
+        if (child == kNoChunk || !_view.mayShow(_tree[child].box))
+            continue;
+        ++inView;
+        if (isThere(child) || _nodes[child].isForced)
+            children.ready[children.count++] = child;
+    }
+    children.areAll = children.count == inView;
+    children.mayStandIn = children.areAll || _nodes[index].isForced ||
+                          (_settings.policy == StreamingPolicy::partial && children.count > 0);
+    return children;
+}
+
+/// In which pictures a chunk's children stand for it.
+/// @param before      the same in the last frame
+/// @param best        what would be decided now
+/// @param isPossible  whether they can
+ChunkSelection::Pictures
+ChunkSelection::decided(Pictures before, Pictures best, bool isPossible) const
+{
+    const Pictures kept = isPossible ? before : 0;
+    if (!_turn.begins)
+        return kept;
+    if (_turn.weight >= 1)
+        return best;
+    return (best & kPresent) | ((kept & kPresent) != 0 ? kFormer : 0);
+}
+
+/// @param pictures  those that it, or what stands for it, is part of
+/// @return when the chunk, or anything that stands for it, was last seen
+ChunkSelection::Tick ChunkSelection::visit(
+    ChunkIndex index, Pictures pictures, const IsThere& isThere, std::vector<ChunkDraw>& draws)
+{
     const ChunkTree::Node& chunk = _tree[index];
     Node& node = _nodes[index];
+    // Of what wasn't present, nothing is left when a transition begins.
+    const bool isKnown = node.visited + 1 == _tick && node.isDecided && !node.isForced &&
+                         (!_turn.begins || (node.reached & kPresent) != 0);
+    enter(index);
+    node.reached = pictures;
     const double distance = _view.distanceTo(chunk.box);
     const double pixels = pixelsOf(index, distance);
-    if (needsRefinement(index, pixels, _coarsening)) {
-        if (isClosed(index)) {
-            draw(index, distance, pixels, true, draws);
-            return node.seen;
-        }
-        node.isClosed = false;
-        std::size_t inView = 0;
-        std::array<ChunkIndex, 8> ready{};
-        std::size_t count = 0;
-        for (const ChunkIndex child : chunk.children) {
-            if (child == kNoChunk || !_view.mayShow(_tree[child].box))
-                continue;
-            ++inView;
-            if (isThere(child) || _nodes[child].isForced)
-                ready[count++] = child;
-        }
-        const bool areAll = count == inView;
-        if (areAll || node.isForced ||
-            (_settings.policy == StreamingPolicy::partial && count > 0)) {
-            for (std::size_t i = 0; i < count; ++i)
-                node.seen = std::max(node.seen, visit(ready[i], isThere, draws));
-            if (areAll)
-                node.open = _tick;
-            return node.seen;
-        }
-    } else if (node.isForced) {
-        return node.seen; // damaged, and nothing is below it
+    const bool refines = needsRefinement(index, pixels, _coarsening);
+    node.isDecided = !(refines && isClosed(index));
+    if (!node.isDecided) {
+        draw(index, distance, pixels, true, pictures, draws);
+        return node.seen;
     }
     node.isClosed = false;
-    draw(index, distance, pixels, false, draws);
+    Children children;
+    if (refines || (isKnown && node.expanded != 0))
+        children = childrenInView(index, isThere);
+    const Pictures best = refines && children.mayStandIn ? kBoth : 0;
+    node.expanded = isKnown ? decided(node.expanded, best, children.mayStandIn) : best;
+    _isChanging |= ((node.expanded ^ best) & pictures) != 0;
+    const Pictures below = node.expanded & pictures;
+    if (below != 0) {
+        for (std::size_t i = 0; i < children.count; ++i)
+            node.seen = std::max(node.seen, visit(children.ready[i], below, isThere, draws));
+    }
+    if (below == kBoth && children.areAll)
+        node.open = _tick;
+    // one that is damaged, and has nothing below it, isn't drawn at all
+    if (below != pictures && !node.isForced)
+        draw(index, distance, pixels, false, pictures & ~below, draws);
     return node.seen;
 }
 
@@ -160,9 +212,11 @@ std::size_t ChunkSelection::draws(
     std::uint64_t frame, double coarsening, const IsThere& isThere, std::vector<ChunkDraw>& draws)
 {
     draws.clear();
+    _visited.clear();
+    _isChanging = false;
     _coarsening = coarsening;
     if (_tree.size() > 0 && _view.mayShow(_tree[0].box) && (isThere(0) || _nodes[0].isForced))
-        visit(0, isThere, draws);
+        visit(0, kBoth, isThere, draws);
     sortFrontToBack(draws);
     const auto opaque =
         static_cast<std::size_t>(std::ranges::count(draws, false, &ChunkDraw::occlusionOnly));
@@ -193,7 +247,7 @@ void ChunkSelection::secondPass(
         const ChunkIndex index = record.chunks[i];
         open(index);
         markSeen(index, _tick);
-        visit(index, isThere, draws);
+        visit(index, _nodes[index].reached, isThere, draws);
     }
     _isSecondPass = false;
     sortFrontToBack(draws);

@@ -2,6 +2,7 @@
 
 #include <isofront/voxels/ChunkStreamer.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -25,6 +26,12 @@ namespace isofront::voxels {
 /// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
 /// section 4, figures 7 to 9.
 ///
+/// In a transition it decides twice: a chunk's children may stand for it in one picture, and it for
+/// itself in the other. Below it a chunk counts for the pictures by which it is reached. Decisions
+/// are made when a transition begins, the former picture's being those of the present one before,
+/// and kept until the next; but alike for both where a chunk comes into view or is opened. Where
+/// children are gone that a decision needs, their parent takes their place, and keeps it.
+///
 /// Thread: one at a time.
 class ChunkSelection {
 public:
@@ -35,7 +42,7 @@ public:
     ChunkSelection(const ChunkTree& tree, const StreamingSettings& settings);
 
     /// @param view  valid
-    void begin(const ChunkView& view);
+    void begin(const ChunkView& view, const ChunkTurn& turn = {});
     /// What an earlier frame has shown. Frames that are unknown, or shown otherwise, say nothing.
     void learn(const Visibility& seen);
 
@@ -46,6 +53,12 @@ public:
     /// All that the view needs, parents included, coarsest level first, then nearest first.
     /// @param coarsening  times as many pixels a voxel as set, at least 1
     void wanted(double coarsening, std::vector<Wanted>& chunks) const;
+
+    /// What the last frame's cuts were made of, and this frame's still need, parents first. They
+    /// are there; what of them isn't wanted should stay if it can.
+    void kept(std::vector<ChunkIndex>& chunks) const;
+    /// Whether the last draws fade, or wait to be chosen anew.
+    [[nodiscard]] bool isChanging() const { return _isChanging; }
 
     /// What is drawn of what is there, in the order of ChunkFrame::draws.
     /// @param frame  its number
@@ -71,6 +84,11 @@ public:
 private:
     /// Counts the frames from 1 on; 0 is never.
     using Tick = std::uint64_t;
+    /// Bits.
+    using Pictures = unsigned;
+    static constexpr Pictures kFormer = 1;
+    static constexpr Pictures kPresent = 2;
+    static constexpr Pictures kBoth = 3;
 
     struct Node {
         Tick visited = 0;  ///< last time that it was in view, and its parent open
@@ -80,6 +98,9 @@ private:
         Tick since = 0;    ///< ... and since when without a break
         Tick keptOpen = 0; ///< not to be closed before
         std::uint64_t keptOpenView = 0;
+        Pictures reached = 0;   ///< when last visited, the pictures that it was part of ...
+        Pictures expanded = 0;  ///< ... and those in which its children stand for it,
+        bool isDecided = false; ///< if that has been decided
         bool isClosed = false;
         bool wasTested = false; ///< when it was last drawn as a whole, it was only tested
         bool isDamaged = false;
@@ -98,13 +119,23 @@ private:
     [[nodiscard]] double pixelsOf(ChunkIndex index, double distance) const;
     [[nodiscard]] bool needsRefinement(ChunkIndex index, double pixels, double coarsening) const;
     [[nodiscard]] bool isClosed(ChunkIndex index) const;
-    Tick visit(ChunkIndex index, const IsThere& isThere, std::vector<ChunkDraw>& draws);
+    Tick visit(
+        ChunkIndex index, Pictures pictures, const IsThere& isThere, std::vector<ChunkDraw>& draws);
+    struct Children {
+        std::array<ChunkIndex, 8> ready{}; ///< those in view that are there
+        std::size_t count = 0;
+        bool areAll = false;     ///< in view
+        bool mayStandIn = false; ///< for their parent
+    };
+    [[nodiscard]] Children childrenInView(ChunkIndex index, const IsThere& isThere) const;
+    [[nodiscard]] Pictures decided(Pictures before, Pictures best, bool isPossible) const;
     void enter(ChunkIndex index);
     void draw(
         ChunkIndex index,
         double distance,
         double pixels,
         bool isTest,
+        Pictures pictures,
         std::vector<ChunkDraw>& draws);
     void markSeen(ChunkIndex index, Tick tick);
     void open(ChunkIndex index);
@@ -117,6 +148,9 @@ private:
     std::uint64_t _viewVersion = 0; ///< counts the changes of the view
     Tick _tick = 0;
     double _coarsening = 1;
+    ChunkTurn _turn;
+    std::vector<ChunkIndex> _visited; ///< in the last frame, parents first
+    bool _isChanging = false;
     bool _isSecondPass = false;  ///< in which nothing is only tested
     std::deque<Record> _records; ///< oldest first
 };

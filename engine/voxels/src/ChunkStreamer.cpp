@@ -54,9 +54,10 @@ public:
         const ChunkView& view,
         std::uint64_t frame,
         std::uint64_t completed,
-        std::span<const Visibility> seen) override
+        std::span<const Visibility> seen,
+        const ChunkTurn& turn) override
     {
-        begin(view, frame, completed);
+        begin(view, frame, completed, turn);
         for (const Visibility& frameSeen : seen)
             _selection.learn(frameSeen);
         takeLoaded();
@@ -69,10 +70,12 @@ public:
             [this](ChunkIndex i) { return _isResident[i]; },
             _frame.draws);
         findPlaces(_frame.draws);
+        _frame.fading = static_cast<std::size_t>(std::ranges::count_if(
+            _frame.draws, [](const ChunkDraw& draw) { return draw.inFormer != draw.inPresent; }));
         request();
         _frame.residentBytes = _cache.used();
-        _frame.isComplete =
-            _frame.missing == 0 && _frame.moves.empty() && !_cache.isDefragmenting();
+        _frame.isComplete = _frame.missing == 0 && _frame.moves.empty() &&
+                            !_cache.isDefragmenting() && !_selection.isChanging();
         return _frame;
     }
 
@@ -89,7 +92,8 @@ public:
     [[nodiscard]] const StreamingSettings& settings() const override { return _settings; }
 
 private:
-    void begin(const ChunkView& view, std::uint64_t frame, std::uint64_t completed)
+    void begin(
+        const ChunkView& view, std::uint64_t frame, std::uint64_t completed, const ChunkTurn& turn)
     {
         _frame = {};
         _sent.clear();
@@ -102,7 +106,7 @@ private:
         }
         ++_tick;
         _cache.begin(frame, completed);
-        _selection.begin(_view);
+        _selection.begin(_view, turn);
     }
 
     void takeLoaded()
@@ -153,6 +157,23 @@ private:
         _frame.coarsening = std::pow(kCoarseningStep, _step);
         for (const ChunkSelection::Wanted& chunk : _wanted)
             _lastWanted[chunk.index] = _tick;
+        keep(static_cast<std::uint64_t>(share(kFull)));
+    }
+
+    /// What is shown stays until its transition ends, as far as the cache goes beyond what the view
+    /// needs.
+    void keep(std::uint64_t most)
+    {
+        std::uint64_t bytes = _frame.wantedBytes;
+        _selection.kept(_kept);
+        for (const ChunkIndex index : _kept) {
+            if (_lastWanted[index] == _tick)
+                continue;
+            bytes += _bytes[index];
+            if (bytes > most)
+                break;
+            _lastWanted[index] = _tick;
+        }
     }
 
     [[nodiscard]] bool hasBase(ChunkIndex index) const
@@ -297,6 +318,7 @@ private:
     std::vector<std::uint64_t> _lastWanted; ///< tick
     std::vector<ChunkSelection::Wanted> _wanted;
     std::vector<ChunkSelection::Wanted> _scratch;
+    std::vector<ChunkIndex> _kept;
     std::vector<ChunkDraw> _secondPass;
     int _step = 0;    ///< of coarsening
     int _returns = 0; ///< how often it rose in this view

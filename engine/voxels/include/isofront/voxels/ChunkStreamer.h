@@ -53,6 +53,17 @@ struct StreamingSettings {
     ChunkForm form = standardForm();
 };
 
+/// What a frame is in a transition, which is what lets chunks change over several frames: a clock
+/// says when one begins and how far it has come. As long as it lasts, the frames' draws make two
+/// pictures: the former one, that was there when it began, and the present one, that was chosen
+/// then. Each of them is closed. In between nothing is chosen anew but for what comes into view.
+struct ChunkTurn {
+    bool begins = true; ///< a transition begins with this frame
+    /// Of the present picture. A transition that begins with 1 has no former one: so the default is
+    /// that every frame shows what is best at once.
+    float weight = 1;
+};
+
 /// One chunk to be drawn.
 struct ChunkDraw {
     ChunkKey key;
@@ -106,6 +117,7 @@ struct ChunkFrame {
     /// Opaque ones first, front to back; then those that only test, front to back.
     std::vector<ChunkDraw> draws;
     std::size_t opaque = 0; ///< how many of the draws are
+    std::size_t fading = 0; ///< how many of the draws are part of one picture only
 
     /// Chunks that have left the cache since the last frame.
     std::vector<ChunkIndex> evictions;
@@ -119,8 +131,8 @@ struct ChunkFrame {
     std::size_t missing = 0;         ///< chunks that it needs and that aren't there
     /// Times as many pixels a voxel as asked for, for want of room; 1 if there is enough.
     double coarsening = 1;
-    /// Nothing is missing and nothing moves: with the same view the next frame differs from this
-    /// one only by what becomes known of visibility.
+    /// Nothing is missing, moves, fades, or waits for a transition: with the same view the next
+    /// frame differs from this one only by what becomes known of visibility.
     bool isComplete = false;
     bool isRefused = false; ///< the view was not valid; the one before was taken
 };
@@ -168,12 +180,15 @@ public:
     /// @param completed  frames up to this one are done on the device
     /// @param seen       what frames before have shown, if it has become known since the last
     ///                   update, oldest first. Frames may be left out.
+    /// @param turn       what the frame is in a transition. What only a former picture needs stays
+    ///                   in the cache if there is room; if not, coarser chunks take its place.
     /// @return valid until the next update
     virtual const ChunkFrame& update(
         const ChunkView& view,
         std::uint64_t frame,
         std::uint64_t completed,
-        std::span<const Visibility> seen = {}) = 0;
+        std::span<const Visibility> seen = {},
+        const ChunkTurn& turn = {}) = 0;
 
     /// What must be drawn besides, in the same frame, once its draws are known to have shown this:
     /// whatever lies behind those that only test and have passed. With it the picture is exactly
