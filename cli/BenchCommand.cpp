@@ -107,6 +107,8 @@ int bench(const BenchArguments& arguments)
         run.seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         progress.finish();
+        for (const std::string& note : run.result.notes)
+            progress.say("note: " + suite.name + ": " + note);
         for (const bench::Check& check : run.result.checks)
             if (!check.holds)
                 progress.say(

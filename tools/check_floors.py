@@ -26,17 +26,17 @@ FLOORS = {
         ["core", "hierarchy", "fields", "volume", "elevation", "voxels", "exchange"],
     ),
     "charts": ("charts", []),
-    "bench": (
-        "bench",
-        [
-            "core", "hierarchy", "fields", "volume", "extractor", "surface", "voxels", "exchange",
-            "charts",
-        ],
-    ),
     "gpu": ("engine/gpu", ["core"]),
     "render": (
         "engine/render",
         ["core", "hierarchy", "extractor", "surface", "voxels", "gpu", "shaders"],
+    ),
+    "bench": (
+        "bench",
+        [
+            "core", "hierarchy", "fields", "volume", "extractor", "surface", "voxels", "exchange",
+            "charts", "gpu", "render",
+        ],
     ),
 }
 # A library that only some places may name: pattern of the include, folders or files allowed

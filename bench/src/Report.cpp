@@ -126,6 +126,8 @@ std::string runHtml(const SuiteRun& run)
 {
     std::string html = "<section id=\"" + escaped(run.name) + "\"><h2>" + escaped(run.name) +
                        "</h2>\n<p class=\"what\">" + escaped(run.question) + "</p>\n";
+    for (const std::string& note : run.result.notes)
+        html += "<p>" + escaped(note) + "</p>\n";
     for (const Check& check : run.result.checks)
         html += "<p>" + std::string(check.holds ? "\u2713 " : "\u2717 ") + escaped(check.what) +
                 ": " + escaped(check.seen) + "</p>\n";
@@ -196,6 +198,7 @@ std::string jsonOf(const BenchReport& report)
             {{"name", run.name},
              {"question", run.question},
              {"seconds", run.seconds},
+             {"notes", run.result.notes},
              {"checks", std::move(checks)},
              {"tables", std::move(tables)}});
     }

@@ -37,6 +37,9 @@ const std::vector<Suite>& suites()
         {"voxels", "How fast do meshes become surface voxels, and what do they take?", runVoxels},
         {"isovalue", "How soon is another isovalue there?", runIsovalue},
         {"voxel-rays", "How fast do rays find voxels, against triangles?", runVoxelRays},
+#ifdef ISOFRONT_WITH_VULKAN
+        {"frames", "What do frames of a flight past voxels cost, in time and memory?", runFrames},
+#endif
     };
     return all;
 }

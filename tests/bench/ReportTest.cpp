@@ -28,7 +28,8 @@ BenchReport sampleReport()
     }
     BenchReport report;
     report.machine = {"A processor", 2, "System", "Compiler", "0.1", {{"AVX2", 100.5}}};
-    report.runs = {{"some", "Is it so?", 1.5, {{table}, {{"it holds", true, "1 < 2"}}}}};
+    report.runs = {
+        {"some", "Is it so?", 1.5, {{table}, {{"it holds", true, "1 < 2"}}, {"by <hand>"}}}};
     return report;
 }
 

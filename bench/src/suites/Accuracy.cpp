@@ -262,7 +262,7 @@ SuiteResult runAccuracy(const Context& context)
             context,
             subject,
             context.pick(1.0 / 64, 1.0 / 256),
-            context.pick<std::size_t>(2000, 20000));
+            context.pick<std::size_t>(500, 20000));
         GridCurve grid;
         const auto measured = [&](const Method& method, int resolution) {
             context.say(subject.name + ", " + method.name + ", 1/" + std::to_string(resolution));

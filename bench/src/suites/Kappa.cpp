@@ -78,7 +78,7 @@ SuiteResult runKappa(const Context& context)
         {},
         {}};
     constexpr int kLattice = 8;
-    const std::size_t samples = context.pick<std::size_t>(2000, 20000);
+    const std::size_t samples = context.pick<std::size_t>(500, 20000);
     SuiteResult result;
     for (const Subject& subject : {noiseSubject(), canyonSubject()}) {
         const int level = levelForShare(context.pick(1.0 / 32, 1.0 / 64), kLattice);

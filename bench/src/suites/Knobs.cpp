@@ -45,7 +45,7 @@ Table swept(const Context& context, const Knob& knob, const std::vector<Subject>
             context,
             subject,
             context.pick(1.0 / 64, 1.0 / 256),
-            context.pick<std::size_t>(2000, 20000));
+            context.pick<std::size_t>(500, 20000));
         for (const KnobValue& value : knob.values) {
             if (context.isStopped())
                 return table;
@@ -99,7 +99,7 @@ SuiteResult runLattice(const Context& context)
             context,
             subject,
             context.pick(1.0 / 64, 1.0 / 256),
-            context.pick<std::size_t>(2000, 20000));
+            context.pick<std::size_t>(500, 20000));
         for (const int n : {4, 8, 16})
             for (const int resolution : resolutions) {
                 if (context.isStopped())

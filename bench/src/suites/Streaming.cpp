@@ -1,3 +1,4 @@
+#include "Models.h"
 #include "Suites.h"
 
 #include <isofront/bench/Timing.h>
@@ -26,53 +27,6 @@ constexpr double kFieldOfView = 1.0;
 /// Of the rays that tell what is visible; with fewer, small chunks are missed.
 constexpr int kRaysAcross = 192;
 constexpr int kRaysDown = 108;
-
-/// Jobs that wait until they are told to run, so that choosing can be timed without loading.
-class WaitingJobs : public core::Jobs {
-public:
-    void submit(std::function<void()> job) override { _jobs.push_back(std::move(job)); }
-    void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) override
-    {
-        for (std::size_t i = 0; i < count; ++i)
-            body(i);
-    }
-    void wait() override
-    {
-        for (const auto& job : std::exchange(_jobs, {}))
-            job();
-    }
-    [[nodiscard]] std::size_t concurrency() const override { return 1; }
-
-private:
-    std::vector<std::function<void()>> _jobs;
-};
-
-/// Blocks of houses on the unit square, all of one kind, of different heights.
-voxels::TriangleModel city(int blocks)
-{
-    voxels::TriangleModel model;
-    const auto quad = [&](const std::array<glm::dvec3, 4>& corners) {
-        const auto first = static_cast<std::uint32_t>(model.positions.size());
-        for (const glm::dvec3& corner : corners)
-            model.positions.push_back(corner);
-        model.triangles.push_back({first, first + 1, first + 2});
-        model.triangles.push_back({first, first + 2, first + 3});
-    };
-    quad({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}});
-    const double pitch = 1.0 / blocks;
-    for (int j = 0; j < blocks; ++j)
-        for (int i = 0; i < blocks; ++i) {
-            const double height = pitch * (1 + (7 * i + 5 * j + 3 * i * j) % 5);
-            const glm::dvec3 a((i + 0.2) * pitch, (j + 0.2) * pitch, 0);
-            const glm::dvec3 b((i + 0.8) * pitch, (j + 0.8) * pitch, height);
-            quad({{{a.x, a.y, 0}, {b.x, a.y, 0}, {b.x, a.y, b.z}, {a.x, a.y, b.z}}});
-            quad({{{b.x, a.y, 0}, {b.x, b.y, 0}, {b.x, b.y, b.z}, {b.x, a.y, b.z}}});
-            quad({{{b.x, b.y, 0}, {a.x, b.y, 0}, {a.x, b.y, b.z}, {b.x, b.y, b.z}}});
-            quad({{{a.x, b.y, 0}, {a.x, a.y, 0}, {a.x, a.y, b.z}, {a.x, b.y, b.z}}});
-            quad({{{a.x, a.y, b.z}, {b.x, a.y, b.z}, {b.x, b.y, b.z}, {a.x, b.y, b.z}}});
-        }
-    return model;
-}
 
 struct Camera {
     glm::dvec3 eye{0.0};
@@ -202,19 +156,12 @@ SuiteResult runStreaming(const Context& context)
     const auto resolution = context.pick<std::uint32_t>(700, 2000);
     const auto frames = context.pick<int>(24, 120);
     const std::uint64_t cap = std::uint64_t{context.pick<std::uint64_t>(2048, 8192)} << 10U;
-    context.say("voxelising a city at " + std::to_string(resolution));
-    const std::shared_ptr<voxels::ChunkStore> store = voxels::memoryStore();
-    voxels::VoxelizationSettings how;
-    how.resolution = resolution;
-    const auto made = voxels::voxelize(city(24), how, *store, *context.jobs, nullptr);
+    const auto made = inMemory(context, "city", city(24), resolution);
     if (!made) {
         result.check("the city is voxelised", false, made.error().message);
         return result;
     }
-    voxels::StoredModel model;
-    model.name = "city";
-    model.lattice = made->lattice;
-    (void)store->finish(model);
+    const std::shared_ptr<voxels::ChunkStore>& store = *made;
 
     bool staysBelow = true;
     for (const Flight& flight : flights())

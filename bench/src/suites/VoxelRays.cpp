@@ -2,13 +2,12 @@
 // voxels were made of.
 
 #include "../PeerModule.h"
+#include "Models.h"
 #include "Suites.h"
 #include "isofront/bench/Timing.h"
 
 #include <isofront/core/Hash.h>
-#include <isofront/exchange/ModelFile.h>
 #include <isofront/voxels/VoxelRay.h>
-#include <isofront/voxels/Voxelization.h>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -30,38 +29,6 @@ namespace {
 
 using voxels::Ray;
 using voxels::TriangleModel;
-
-/// A sphere with hills: what there is to look at without a file.
-TriangleModel hills(std::uint32_t rows)
-{
-    TriangleModel model;
-    const std::uint32_t columns = 2 * rows;
-    for (std::uint32_t i = 0; i <= rows; ++i)
-        for (std::uint32_t j = 0; j < columns; ++j) {
-            const double theta = std::numbers::pi * i / rows;
-            const double phi = 2 * std::numbers::pi * j / columns;
-            const glm::dvec3 d(
-                std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
-            const double hill = std::sin(9 * d.x) * std::sin(11 * d.y) * std::sin(8 * d.z + 1);
-            model.positions.push_back((1 + 0.15 * hill) * d);
-        }
-    for (std::uint32_t i = 0; i < rows; ++i)
-        for (std::uint32_t j = 0; j < columns; ++j) {
-            const std::uint32_t a = i * columns + j;
-            const std::uint32_t b = i * columns + (j + 1) % columns;
-            model.triangles.push_back({a, a + columns, b});
-            model.triangles.push_back({b, a + columns, b + columns});
-        }
-    return model;
-}
-
-core::Box boundsOf(const TriangleModel& model)
-{
-    core::Box box;
-    for (const glm::dvec3& position : model.positions)
-        box.include(position);
-    return box;
-}
 
 /// One ray for each pixel of a picture of the model.
 std::vector<Ray> pictureRays(const core::Box& box, int width, int height)
@@ -181,13 +148,8 @@ std::vector<Subject> subjects(const Context& context)
 {
     std::vector<Subject> found;
     if (context.isFull())
-        for (const std::filesystem::path& folder : context.dataFolders) {
-            auto model = exchange::readModel(folder / "../meshes/stanford_dragon_871k.ply.gz");
-            if (!model)
-                continue;
-            found.push_back({"dragon", std::move(*model)});
-            break;
-        }
+        if (auto dragon = modelFile(context, kDragon))
+            found.push_back({"dragon", std::move(*dragon)});
     if (found.empty())
         found.push_back({"hills", hills(context.pick(100U, 600U))});
     return found;
@@ -302,27 +264,22 @@ SuiteResult runVoxelRays(const Context& context)
                                                   : std::vector<std::uint32_t>{300}) {
             if (context.isStopped())
                 break;
-            context.say(subject.name + ", voxels at " + std::to_string(resolution));
-            const auto store = voxels::memoryStore();
-            const auto made =
-                voxels::voxelize(subject.model, {.resolution = resolution}, *store, *context.jobs);
+            const auto made = inMemory(context, subject.name, subject.model, resolution);
             if (!made) {
                 result.check(subject.name + " becomes voxels", false, made.error().message);
                 continue;
             }
-            voxels::StoredModel stored;
-            stored.lattice = made->lattice;
-            if (store->finish(stored))
-                continue;
+            const voxels::ChunkStore& store = **made;
+            const voxels::VoxelLattice& lattice = store.model().lattice;
             std::vector<std::vector<std::optional<voxels::VoxelHit>>> finer;
-            for (std::uint32_t level = 0; level < std::min(made->lattice.levels, 2U); ++level) {
+            for (std::uint32_t level = 0; level < std::min(lattice.levels, 2U); ++level) {
                 const auto caster =
-                    voxels::VoxelRayCaster::create(*store, voxels::cutOfLevel(*store, level));
+                    voxels::VoxelRayCaster::create(store, voxels::cutOfLevel(store, level));
                 if (!caster)
                     continue;
                 std::size_t voxelCount = 0;
-                for (const voxels::ChunkKey& key : voxels::cutOfLevel(*store, level))
-                    voxelCount += (*store->get(key))->voxels.size();
+                for (const voxels::ChunkKey& key : voxels::cutOfLevel(store, level))
+                    voxelCount += (*store.get(key))->voxels.size();
                 for (std::size_t set = 0; set < sets.size(); ++set) {
                     const auto& [kind, rays] = sets[set];
                     if (context.isStopped())
@@ -350,7 +307,7 @@ SuiteResult runVoxelRays(const Context& context)
                                : std::numeric_limits<double>::quiet_NaN());
                     if (level == 0 && set < triangleHits.size()) {
                         const Agreement agreement =
-                            agreementOf(hits, triangleHits[set], made->lattice.edge);
+                            agreementOf(hits, triangleHits[set], lattice.edge);
                         result.check(
                             "voxels of " + subject.name + " at " + std::to_string(resolution) +
                                 " are met where triangles are, " + kind,

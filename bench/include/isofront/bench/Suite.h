@@ -16,7 +16,7 @@
 namespace isofront::bench {
 
 enum class Intensity {
-    quick, ///< every suite below ten seconds: shows the shape of each curve
+    quick, ///< every suite in two seconds or so: shows the shape of each curve
     full,  ///< minutes: what defaults are chosen by
 };
 
@@ -52,6 +52,9 @@ struct Check {
 struct SuiteResult {
     std::vector<Table> tables;
     std::vector<Check> checks;
+    /// What a reader must know besides, in sentences: which device drew, or why nothing was
+    /// measured.
+    std::vector<std::string> notes;
 
     void check(std::string what, bool holds, std::string seen)
     {
