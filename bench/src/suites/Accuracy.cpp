@@ -43,59 +43,67 @@ struct Meshed {
 
 struct Method {
     std::string name;
-    std::function<Meshed(const Subject&, int stepsPerEdge)> mesh;
+    /// Timed so many times at most.
+    std::function<Meshed(const Subject&, int stepsPerEdge, std::size_t runs)> mesh;
 };
 
 Method cellsMethod(int latticeSize, const std::string& how = "", const Polish& polish = {})
 {
     return {
         "cells n=" + std::to_string(latticeSize) + (how.empty() ? "" : ", " + how),
-        [latticeSize, polish](const Subject& subject, int stepsPerEdge) {
+        [latticeSize, polish](const Subject& subject, int stepsPerEdge, std::size_t runs) {
             const int level = levelForShare(1.0 / stepsPerEdge, latticeSize);
             auto settings = settingsFor(subject, latticeSize, level);
             if (polish)
                 polish(settings);
-            CellsMesh cells = cellsMesh(subject, settings, level, 5);
+            CellsMesh cells = cellsMesh(subject, settings, level, runs);
             return Meshed{std::move(cells.extracted.mesh), cells.step, cells.timing};
         }};
 }
 
-Meshed byGrid(const Subject& subject, int stepsPerEdge)
+Meshed byGrid(const Subject& subject, int stepsPerEdge, std::size_t runs)
 {
     Meshed meshed;
     meshed.step = subject.domain.edge / stepsPerEdge;
-    meshed.timing = timed([&] {
-        const GridSamples grid = sampledGrid(*subject.field, subject.domain, stepsPerEdge);
-        meshed.mesh = marchingCubes(grid, subject.isovalue, subject.domain, subject.field.get());
-    });
+    meshed.timing = timed(
+        [&] {
+            const GridSamples grid = sampledGrid(*subject.field, subject.domain, stepsPerEdge);
+            meshed.mesh =
+                marchingCubes(grid, subject.isovalue, subject.domain, subject.field.get());
+        },
+        runs);
     return meshed;
 }
 
 Method peerMethod(const GridPeer& peer)
 {
-    return {peer.name, [&peer](const Subject& subject, int stepsPerEdge) {
+    return {peer.name, [&peer](const Subject& subject, int stepsPerEdge, std::size_t runs) {
                 Meshed meshed;
                 meshed.step = subject.domain.edge / stepsPerEdge;
-                meshed.timing = timed([&] {
-                    const GridSamples grid =
-                        sampledGrid(*subject.field, subject.domain, stepsPerEdge);
-                    meshed.mesh = peer.mesh(grid, subject.isovalue);
-                });
+                meshed.timing = timed(
+                    [&] {
+                        const GridSamples grid =
+                            sampledGrid(*subject.field, subject.domain, stepsPerEdge);
+                        meshed.mesh = peer.mesh(grid, subject.isovalue);
+                    },
+                    runs);
                 return meshed;
             }};
 }
 
-Meshed byTetrahedra(const Subject& subject, int stepsPerEdge)
+Meshed byTetrahedra(const Subject& subject, int stepsPerEdge, std::size_t runs)
 {
     Meshed meshed;
     int level = 0;
     while (1 << (level / 3) < stepsPerEdge)
         level += 3;
     meshed.step = subject.domain.edge / (1 << (level / 3));
-    meshed.timing = timed([&] {
-        meshed.mesh =
-            marchingTetrahedra(*subject.field, subject.isovalue, subject.domain, level).mesh;
-    });
+    meshed.timing = timed(
+        [&] {
+            meshed.mesh =
+                marchingTetrahedra(*subject.field, subject.isovalue, subject.domain, level).mesh;
+        },
+        runs);
     return meshed;
 }
 
@@ -222,7 +230,7 @@ Table flatTable(const Context& context)
         {}};
     const Subject subject = planeSubject();
     for (const Method& method : methods()) {
-        const Meshed meshed = method.mesh(subject, context.pick(32, 128));
+        const Meshed meshed = method.mesh(subject, context.pick(32, 128), context.runs());
         const Topology topology = topologyOf(meshed.mesh);
         const auto triangles = static_cast<double>(meshed.mesh.indices.size() / 3);
         table.add(
@@ -266,7 +274,7 @@ SuiteResult runAccuracy(const Context& context)
         GridCurve grid;
         const auto measured = [&](const Method& method, int resolution) {
             context.say(subject.name + ", " + method.name + ", 1/" + std::to_string(resolution));
-            const Meshed meshed = method.mesh(subject, resolution);
+            const Meshed meshed = method.mesh(subject, resolution, context.runs());
             std::vector<Cell> row;
             const Topology topology = appendFigures(
                 row, meshed.mesh, meshed.step, subject.domain.edge, meshed.timing, measure);

@@ -53,7 +53,7 @@ Table swept(const Context& context, const Knob& knob, const std::vector<Subject>
             const int level = levelForShare(share, knob.latticeSize);
             extractor::ExtractionSettings settings = settingsFor(subject, knob.latticeSize, level);
             value.set(settings);
-            const CellsMesh cells = cellsMesh(subject, settings, level, 5);
+            const CellsMesh cells = cellsMesh(subject, settings, level, context.runs());
             std::vector<Cell> row{subject.name, value.name, value.value};
             appendFigures(
                 row, cells.extracted.mesh, cells.step, subject.domain.edge, cells.timing, measure);
@@ -109,7 +109,7 @@ SuiteResult runLattice(const Context& context)
                     std::to_string(resolution));
                 const int level = levelForShare(1.0 / resolution, n);
                 const CellsMesh cells =
-                    cellsMesh(subject, settingsFor(subject, n, level), level, 5);
+                    cellsMesh(subject, settingsFor(subject, n, level), level, context.runs());
                 const auto triangles = static_cast<double>(
                     std::max<std::size_t>(cells.extracted.mesh.indices.size() / 3, 1));
                 std::vector<Cell> row{

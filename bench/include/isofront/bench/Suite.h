@@ -34,6 +34,8 @@ struct Context {
 
     [[nodiscard]] bool isFull() const { return intensity == Intensity::full; }
     [[nodiscard]] bool isStopped() const { return stop.stop_requested(); }
+    /// How often something is timed at most.
+    [[nodiscard]] std::size_t runs() const { return isFull() ? 5 : 1; }
     /// One of two values, by intensity.
     template <typename T>
     [[nodiscard]] T pick(T quick, T full) const
