@@ -70,6 +70,15 @@ core::Result<void> checkFolderOf(const std::string& file)
     return {};
 }
 
+void addSamples(CLI::App& command, int& samples)
+{
+    command
+        .add_option(
+            "--msaa", samples, "samples of each pixel, for smooth outlines: 1, 4 or 8; 1: softened")
+        ->check(CLI::IsMember({1, 4, 8}))
+        ->capture_default_str();
+}
+
 core::Result<void> checkPixelError(double pixels)
 {
     if (pixels > 0 && std::isfinite(pixels))

@@ -30,6 +30,8 @@ core::Result<PictureSize> parseSize(const std::string& text);
 /// True if the folder of a file to write is there; otherwise the failure that writing would end in,
 /// told before any work is done.
 core::Result<void> checkFolderOf(const std::string& file);
+/// Adds `--msaa`, the samples of each pixel.
+void addSamples(CLI::App& command, int& samples);
 /// A positive, finite number of pixels.
 core::Result<void> checkPixelError(double pixels);
 /// "1.5,-2,3e4", three finite numbers.

@@ -51,6 +51,7 @@ struct FlyArguments {
     MeshOptions mesh;
     DetailOptions detail;
     std::string out = "flight";
+    int samples = 1;
     std::string device;
     std::size_t threads = 0;
     bool window = false;
@@ -170,6 +171,7 @@ private:
             {.device = _arguments.device,
              .width = size->width,
              .height = size->height,
+             .samples = _arguments.samples,
              .shadowInterval = kShadowInterval});
         if (!studio)
             return studio.error();
@@ -220,6 +222,7 @@ private:
         settings.others = {
             {"lattice", std::to_string(_arguments.lattice)},
             {"filter", brief(_arguments.filter)},
+            {"msaa", std::to_string(_arguments.samples)},
             {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
         nlohmann::ordered_json others;
         _arguments.mesh.describe(others);
@@ -453,6 +456,7 @@ Action addFly(CLI::App& app)
         ->check(within(1.0, 179.0))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "[px]")->capture_default_str();
+    addSamples(*command, arguments->samples);
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
         ->capture_default_str();
     command

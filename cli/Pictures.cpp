@@ -21,7 +21,10 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
     auto renderer = render::Renderer::create(
         *studio.device,
         source.domain,
-        {.width = options.width, .height = options.height, .poolBytes = options.meshBytes});
+        {.width = options.width,
+         .height = options.height,
+         .poolBytes = options.meshBytes,
+         .samples = options.samples});
     if (!renderer)
         return tl::unexpected<core::Error>(renderer.error());
     studio.renderer = std::move(*renderer);

@@ -27,6 +27,7 @@ struct StudioOptions {
     std::string device;                              ///< see gpu::DeviceOptions
     int width = 1280;                                ///< [px]
     int height = 720;                                ///< [px]
+    int samples = 1;                                 ///< see render::RendererOptions
     int shadowInterval = 1;                          ///< frames between two shadow maps
     std::size_t meshBytes = std::size_t{512} << 20U; ///< what meshes may take on the device
 };

@@ -40,6 +40,7 @@ struct RenderArguments {
     double voxelPixels = 1;
     std::string way = "auto";
     std::uint64_t cacheMib = 128;
+    int samples = 1;
     std::string device;
     std::size_t threads = 0;
     bool json = false;
@@ -57,6 +58,7 @@ int renderModel(const RenderArguments& arguments, const PictureSize& size)
         .voxelPixels = arguments.voxelPixels,
         .way = arguments.way,
         .cacheBytes = arguments.cacheMib << 20U,
+        .samples = arguments.samples,
         .device = arguments.device,
         .threads = arguments.threads,
         .json = arguments.json,
@@ -126,7 +128,11 @@ int render(const RenderArguments& arguments)
         return report({ErrorCode::usage, "--eye and --target must not be the same point"});
 
     auto studio = openStudio(
-        *source, {.device = arguments.device, .width = size->width, .height = size->height});
+        *source,
+        {.device = arguments.device,
+         .width = size->width,
+         .height = size->height,
+         .samples = arguments.samples});
     if (!studio)
         return report(studio.error());
 
@@ -198,6 +204,7 @@ int render(const RenderArguments& arguments)
     json["isovalue"] = isovalue;
     json["eye"] = point(source->eye);
     json["target"] = point(source->target);
+    json["msaa"] = arguments.samples;
     json["pixel_error"] = arguments.pixelError;
     json["effective_pixel_error"] = stats.effectivePixelError;
     json["triangles"] = stats.triangles;
@@ -242,6 +249,7 @@ Action addRender(CLI::App& app)
         ->check(within(1.0, 179.0))
         ->capture_default_str();
     command->add_option("--size", arguments->size, "[px]")->capture_default_str();
+    addSamples(*command, arguments->samples);
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
         ->capture_default_str();
     command

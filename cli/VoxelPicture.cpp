@@ -162,6 +162,7 @@ void printJson(
     json["resolution"] = model.lattice.resolution;
     json["eye"] = point(view.eye);
     json["target"] = point(view.eye + view.forward);
+    json["msaa"] = request.samples;
     json["voxel_pixels"] = request.voxelPixels;
     json["effective_voxel_pixels"] = request.voxelPixels * picture.coarsening;
     json["way"] = request.way;
@@ -219,6 +220,7 @@ int renderVoxels(const VoxelPictureRequest& request)
          .height = request.size.height,
          .poolBytes = 2ULL * kNoMeshes,
          .slabBytes = kNoMeshes,
+         .samples = request.samples,
          .shadowMapSize = 16,
          .voxelPoolBytes = request.cacheBytes});
     if (!renderer)

@@ -26,6 +26,7 @@ struct VoxelPictureRequest {
     double voxelPixels = 1; ///< largest voxel [px]
     std::string way = "auto";
     std::uint64_t cacheBytes = 0; ///< of the device, for chunks
+    int samples = 1;              ///< of each pixel
     std::string device;
     std::size_t threads = 0;
     bool json = false;

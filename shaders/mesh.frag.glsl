@@ -5,7 +5,8 @@
 // software shades whole blocks for every small triangle, twenty fragments for each.
 #include "include/meshSurface.glsl"
 
-layout(location = 0) in vec4 normalAndCap;
+// At the outline of a triangle: of the part that is covered, never from outside.
+layout(location = 0) centroid in vec4 normalAndCap;
 
 layout(location = 0) out vec4 surface;
 

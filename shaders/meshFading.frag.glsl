@@ -9,7 +9,8 @@
 
 layout(set = 0, binding = 0) uniform FrameBlock { Frame frame; };
 
-layout(location = 0) in vec4 normalAndCap;
+// At the outline of a triangle: of the part that is covered, never from outside.
+layout(location = 0) centroid in vec4 normalAndCap;
 layout(location = 1) flat in uint pictures;
 
 layout(location = 0) out vec4 surface;

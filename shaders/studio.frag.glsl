@@ -22,31 +22,24 @@ vec3 lightFrom(vec3 direction, vec3 light, vec3 normal, vec3 toEye, vec3 albedo,
     return light * (albedo * soft + highlight * facing);
 }
 
-void main()
+vec3 lightOf(Seen seen)
 {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float depth = texelFetch(depthImage, pixel, 0).r;
-    if (depth <= 0.0) {
-        if (frame.backdrop.w > 0.0)
-            colour = vec4(encoded(frame.backdrop.rgb), 1.0);
-        else
-            colour = finished(backgroundAt(gl_FragCoord.xy));
-        return;
-    }
+    if (seen.depth <= 0.0)
+        return toneMapped(backgroundAt(seen.at));
 
-    vec4 surface = texelFetch(surfaceImage, pixel, 0);
+    vec4 surface = seen.surface;
     bool back = surface.w < 0.0;
     bool coloured = isColoured(surface.w);
     bool cap = abs(surface.w) > 0.4 && !coloured;
     vec3 normal = normalize(back ? -surface.xyz : surface.xyz);
-    vec3 toEye = -normalize(pixelRay(gl_FragCoord.xy));
+    vec3 toEye = -normalize(pixelRay(seen.at));
     vec3 right = normalize(frame.rayRight.xyz);
     vec3 down = normalize(frame.rayDown.xyz);
     vec3 forward = normalize(frame.rayForward.xyz);
 
     vec3 albedo = cap ? frame.colours[1].rgb : frame.colours[0].rgb;
     if (coloured)
-        albedo = ownAlbedo(pixel);
+        albedo = ownAlbedo(seen);
     // The inside of a surface is a shade darker and warmer than the outside.
     if (back)
         albedo *= vec3(0.62, 0.5, 0.45);
@@ -62,5 +55,5 @@ void main()
     // Glancing views catch the light of the room.
     float glance = pow(1.0 - max(dot(normal, toEye), 0.0), 4.0);
     light += glance * 0.1 * vec3(0.8, 0.9, 1.0) * (cap ? 0.2 : 1.0);
-    colour = finished(light);
+    return toneMapped(light);
 }

@@ -71,33 +71,25 @@ vec3 litGround(Ground ground, vec2 shares)
     return ground.albedo * (frame.sunLight.rgb * (direct * shares.x / kPi) + ambient);
 }
 
-void main()
+vec3 lightOf(Seen seen)
 {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    float depth = texelFetch(depthImage, pixel, 0).r;
-    vec3 ray = pixelRay(gl_FragCoord.xy);
+    vec3 ray = pixelRay(seen.at);
     vec3 direction = normalize(ray);
-    if (depth <= 0.0) {
-        if (frame.backdrop.w > 0.0) {
-            colour = vec4(encoded(frame.backdrop.rgb), 1.0);
-            return;
-        }
-        colour = finished(skyLight(direction) + sunDisc(direction));
-        return;
-    }
+    if (seen.depth <= 0.0)
+        return toneMapped(skyLight(direction) + sunDisc(direction));
 
-    vec4 surface = texelFetch(surfaceImage, pixel, 0);
+    vec4 surface = seen.surface;
     vec3 normal = normalize(surface.w < 0.0 ? -surface.xyz : surface.xyz);
-    vec3 fromEyeInWorld = ray * rayLength(depth);
+    vec3 fromEyeInWorld = ray * rayLength(seen.depth);
     vec3 fromEye = fromEyeInWorld * frame.up.w;
     float distance = length(fromEye);
     float height = frame.eyePhase.w + dot(fromEye, frame.up.xyz);
     float footprint = distance * frame.rayForward.w;
 
-    Ground ground = isColoured(surface.w) ? Ground(ownAlbedo(pixel), normal)
+    Ground ground = isColoured(surface.w) ? Ground(ownAlbedo(seen), normal)
                                           : groundAt(fromEye, height, footprint, normal);
     vec3 light = litGround(ground, lightShares(fromEyeInWorld, normal));
     vec3 kept = transmittance(distance, frame.eyePhase.w, height);
     light = light * kept + scatteredLight(direction) * (1.0 - kept);
-    colour = finished(light);
+    return toneMapped(light);
 }

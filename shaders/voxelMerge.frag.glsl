@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Brings the nearest splat of every pixel among what has been rasterised.
+// Brings the nearest splat of every pixel, or of each of its samples, among what has been rasterised.
 #include "include/voxel.glsl"
 
 layout(set = 0, binding = 5, std430) readonly buffer Splats { uvec2 splats[]; };
@@ -11,7 +11,11 @@ layout(location = 0) out uint shown;
 void main()
 {
     uvec2 at = uvec2(gl_FragCoord.xy);
-    uvec2 splat = splats[at.y * uint(frame.picture.x) + at.x];
+    uint place = at.y * uint(frame.picture.x) + at.x;
+#ifdef ISOFRONT_SAMPLES
+    place = place * uint(frame.sampling.x) + uint(gl_SampleID);
+#endif
+    uvec2 splat = splats[place];
     if (splat.x == 0u)
         discard;
     shown = splat.x;

@@ -22,7 +22,7 @@ layout(push_constant) uniform Constants {
     uint onlyVisible; // 1: only chunks whose flag is set
 };
 
-// Pixels whose middle may lie in the cube's picture: from xy to zw, none if that is before.
+// Pixels of which a sample may lie in the cube's picture: from xy to zw, none if that is before.
 ivec4 reachOf(Cube cube)
 {
     const ivec4 kNone = ivec4(0, 0, -1, -1);
@@ -48,11 +48,27 @@ ivec4 reachOf(Cube cube)
     if (nearest < view.clipX.w)
         return all;
     // A hundredth of a pixel more, for rounding; the rays decide.
-    vec2 from = ceil((least * 0.5 + 0.5) * frame.picture.xy - 0.51);
-    vec2 to = floor((most * 0.5 + 0.5) * frame.picture.xy - 0.49);
+    float reach = frame.sampling.y;
+    vec2 from = ceil((least * 0.5 + 0.5) * frame.picture.xy - 0.51 - reach);
+    vec2 to = floor((most * 0.5 + 0.5) * frame.picture.xy - 0.49 + reach);
     return ivec4(
         ivec2(clamp(from, vec2(0.0), frame.picture.xy)),
         ivec2(clamp(to, vec2(-1.0), frame.picture.xy - 1.0)));
+}
+
+// Whether a ray meets a face that is shown; how near, as reversed depth.
+bool meets(Cube cube, uint shown, vec3 ray, out float depth)
+{
+    vec3 leaves;
+    vec3 enters = entersOf(cube, ray, leaves);
+    float entry = max(enters.x, max(enters.y, enters.z));
+    if (entry > min(leaves.x, min(leaves.y, leaves.z)))
+        return false;
+    int axis = enters.x == entry ? 0 : enters.y == entry ? 1 : 2;
+    if (((shown >> (2 * axis)) & 3u) == 0u)
+        return false;
+    depth = view.clipX.w / (entry * view.eye.w);
+    return depth > 0.0 && depth <= 1.0;
 }
 
 void main()
@@ -72,29 +88,23 @@ void main()
         return;
     ivec4 reach = reachOf(cube);
     uint64_t name = uint64_t(nameOf(chunk, voxel));
-    float edge = view.eye.w;
     uint pictures = picturesOf(chunk);
     bool fades = pictures != kInBoth;
+    uint count = uint(frame.sampling.x);
 
     for (int y = reach.y; y <= reach.w; ++y) {
         for (int x = reach.x; x <= reach.z; ++x) {
             if (fades && !isShownAt(uvec2(x, y), pictures))
                 continue;
-            vec2 at = (vec2(x, y) + 0.5) * frame.picture.zw * 2.0 - 1.0;
-            vec3 ray = frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
-            vec3 leaves;
-            vec3 enters = entersOf(cube, ray, leaves);
-            float entry = max(enters.x, max(enters.y, enters.z));
-            if (entry > min(leaves.x, min(leaves.y, leaves.z)))
-                continue;
-            int axis = enters.x == entry ? 0 : enters.y == entry ? 1 : 2;
-            if (((shown >> (2 * axis)) & 3u) == 0u)
-                continue;
-            float depth = view.clipX.w / (entry * edge);
-            if (!(depth > 0.0 && depth <= 1.0))
-                continue;
-            uint64_t key = (uint64_t(floatBitsToUint(depth)) << 32) | name;
-            atomicMax(splats[uint(y) * uint(frame.picture.x) + uint(x)], key);
+            uint place = (uint(y) * uint(frame.picture.x) + uint(x)) * count;
+            for (uint i = 0u; i < count; ++i) {
+                vec2 pixel = vec2(x, y) + 0.5 + frame.samples[i].xy;
+                float depth;
+                if (!meets(cube, shown, rayThrough(pixel), depth))
+                    continue;
+                uint64_t key = (uint64_t(floatBitsToUint(depth)) << 32) | name;
+                atomicMax(splats[place + i], key);
+            }
         }
     }
 }

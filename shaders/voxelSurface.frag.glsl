@@ -6,7 +6,11 @@
 #include "include/voxel.glsl"
 
 layout(set = 0, binding = 6, std430) buffer Visible { uint visible[]; };
+#ifdef ISOFRONT_SAMPLES
+layout(set = 0, binding = 7) uniform usampler2DMS names;
+#else
 layout(set = 0, binding = 7) uniform usampler2D names;
+#endif
 
 // As mesh.frag.glsl writes it; in w 1 for what has a colour of its own.
 layout(location = 0) out vec4 surface;
@@ -42,7 +46,14 @@ vec4 between(vec4 from, vec4 to, float weight)
 
 void main()
 {
-    uint name = texelFetch(names, ivec2(gl_FragCoord.xy), 0).r;
+    // Of samples, gl_FragCoord may be the place or the pixel's middle: only the pixel counts.
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+#ifdef ISOFRONT_SAMPLES
+    int index = gl_SampleID;
+#else
+    const int index = 0;
+#endif
+    uint name = texelFetch(names, pixel, index).r;
     if (name == 0u)
         discard;
     uvec2 start = blocks[(name - 1u) >> kBlockBits].chunkAndVoxel;
@@ -51,8 +62,7 @@ void main()
     if (visible[start.x] == 0u)
         visible[start.x] = 1u;
 
-    vec2 at = gl_FragCoord.xy * frame.picture.zw * 2.0 - 1.0;
-    vec3 ray = frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
+    vec3 ray = rayThrough(vec2(pixel) + 0.5 + frame.samples[index].xy);
     bool redundant = voxel >= chunk.box.z;
     float weight = weightOf(chunk);
     bool fades = weight < 1.0;

@@ -97,6 +97,13 @@ uint facesTowardsEye(Cube cube)
            (high.z << 5u);
 }
 
+// The ray through a place in the picture [px]; its component along the forward direction is 1.
+vec3 rayThrough(vec2 pixel)
+{
+    vec2 at = pixel * frame.picture.zw * 2.0 - 1.0;
+    return frame.rayForward.xyz + at.x * frame.rayRight.xyz + at.y * frame.rayDown.xyz;
+}
+
 // When a ray from the eye comes to the planes of a cube that it meets first, along each axis. A ray
 // along a plane lies on one side of it, whichever; it never divides by zero.
 vec3 entersOf(Cube cube, vec3 ray, out vec3 leaves)

@@ -7,6 +7,9 @@
 
 ISOFRONT_SHARED_BEGIN
 
+// Samples of a pixel, at most.
+const uint kMostSamples = 8u;
+
 struct Frame {
     // Rows that take a difference of grid points to clip x, y and w [world / grid unit]. In the w
     // of the first: clip z, the distance of the near plane [world].
@@ -56,6 +59,10 @@ struct Frame {
     vec4 colours[5];
     // In x the weight of the present picture; see shared/transition.h.
     vec4 transition;
+    // How many samples a pixel has, and how far off its middle one may lie along x and y [px].
+    vec4 sampling;
+    // Where they lie, from the pixel's middle, in x and y [px].
+    vec4 samples[kMostSamples];
 };
 
 // Where a drawn cell lies: low corner [lattice units]; in w its exponent, and above its 8 bits the
@@ -79,7 +86,7 @@ static_assert(offsetof(isofront::shared::Frame, sunDirection) == 14 * 16);
 static_assert(offsetof(isofront::shared::Frame, airScattering) == 18 * 16);
 static_assert(offsetof(isofront::shared::Frame, colours) == 29 * 16);
 static_assert(offsetof(isofront::shared::Frame, transition) == 34 * 16);
-static_assert(sizeof(isofront::shared::Frame) == 35 * 16);
+static_assert(sizeof(isofront::shared::Frame) == 44 * 16);
 static_assert(sizeof(isofront::shared::DrawnCell) == 16);
 #endif
 

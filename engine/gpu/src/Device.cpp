@@ -69,6 +69,7 @@ core::Result<void> Device::open(VkPhysicalDevice physical, DeviceDescription des
     _drawsManyIndirectly =
         present.multiDrawIndirect != VK_FALSE && present.drawIndirectFirstInstance != VK_FALSE;
     _fragmentStores = present.fragmentStoresAndAtomics != VK_FALSE;
+    _samples = present.sampleRateShading != VK_FALSE && _limits.standardSampleLocations != VK_FALSE;
     _longAtomics =
         present.shaderInt64 != VK_FALSE && present12.shaderBufferInt64Atomics != VK_FALSE;
     const VkBool32 longAtomics = _longAtomics ? VK_TRUE : VK_FALSE;
@@ -87,6 +88,7 @@ core::Result<void> Device::open(VkPhysicalDevice physical, DeviceDescription des
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
         .pNext = &features12,
         .features = {
+            .sampleRateShading = present.sampleRateShading,
             .multiDrawIndirect = present.multiDrawIndirect,
             .drawIndirectFirstInstance = present.drawIndirectFirstInstance,
             .fragmentStoresAndAtomics = present.fragmentStoresAndAtomics,

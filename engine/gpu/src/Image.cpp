@@ -13,7 +13,8 @@ core::Result<Image> Image::create(
     std::uint32_t width,
     std::uint32_t height,
     VkFormat format,
-    VkImageUsageFlags usage)
+    VkImageUsageFlags usage,
+    VkSampleCountFlagBits samples)
 {
     const std::string size = std::to_string(width) + " x " + std::to_string(height);
     ISOFRONT_ASSERT(
@@ -24,6 +25,8 @@ core::Result<Image> Image::create(
     image._device = &device;
     image._format = format;
     image._extent = {width, height};
+    image._usage = usage;
+    image._samples = samples;
     const VkImageCreateInfo info{
         .sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
         .imageType = VK_IMAGE_TYPE_2D,
@@ -31,7 +34,7 @@ core::Result<Image> Image::create(
         .extent = {width, height, 1},
         .mipLevels = 1,
         .arrayLayers = 1,
-        .samples = VK_SAMPLE_COUNT_1_BIT,
+        .samples = samples,
         .tiling = VK_IMAGE_TILING_OPTIMAL,
         .usage = usage};
     ISOFRONT_VK(
@@ -84,6 +87,26 @@ void Image::swap(Image& other) noexcept
     std::swap(_allocated, other._allocated);
     std::swap(_format, other._format);
     std::swap(_extent, other._extent);
+    std::swap(_usage, other._usage);
+    std::swap(_samples, other._samples);
+}
+
+VkSampleCountFlags sampleCounts(const Device& device, VkFormat format, VkImageUsageFlags usage)
+{
+    if (!device.shadesSamples())
+        return VK_SAMPLE_COUNT_1_BIT;
+    VkImageFormatProperties properties{};
+    const VkResult found = vkGetPhysicalDeviceImageFormatProperties(
+        device.physical(),
+        format,
+        VK_IMAGE_TYPE_2D,
+        VK_IMAGE_TILING_OPTIMAL,
+        usage,
+        0,
+        &properties);
+    if (found != VK_SUCCESS)
+        return VK_SAMPLE_COUNT_1_BIT;
+    return properties.sampleCounts;
 }
 
 } // namespace isofront::gpu

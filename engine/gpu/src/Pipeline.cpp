@@ -69,7 +69,9 @@ core::Result<Pipeline> makePipeline(Device& device, const GraphicsPipeline& desc
         .lineWidth = 1.0F};
     const VkPipelineMultisampleStateCreateInfo samples{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO,
-        .rasterizationSamples = VK_SAMPLE_COUNT_1_BIT};
+        .rasterizationSamples = description.samples,
+        .sampleShadingEnable = description.shadesSamples ? VK_TRUE : VK_FALSE,
+        .minSampleShading = 1.0F};
     const bool depth = description.depthFormat != VK_FORMAT_UNDEFINED;
     const VkPipelineDepthStencilStateCreateInfo depthState{
         .sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,

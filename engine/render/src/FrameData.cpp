@@ -1,6 +1,7 @@
 #include "FrameData.h"
 
 #include "Atmosphere.h"
+#include "Samples.h"
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 namespace isofront::render {
 
@@ -66,6 +68,18 @@ void setShadows(
         static_cast<float>(2.0 * box.halfDepth * metres));
 }
 
+void setSamples(shared::Frame& frame, int samples)
+{
+    float reach = 0;
+    const std::span<const glm::ivec2> places = samplePlaces(samples);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const glm::vec2 fromMiddle = glm::vec2(places[i] - 8) / 16.0F;
+        frame.samples[i] = shared::vec4(fromMiddle, 0.0F, 0.0F);
+        reach = std::max({reach, std::abs(fromMiddle.x), std::abs(fromMiddle.y)});
+    }
+    frame.sampling = shared::vec4(static_cast<float>(samples), reach, 0.0F, 0.0F);
+}
+
 } // namespace
 
 Camera cameraOf(const hierarchy::View& view)
@@ -110,7 +124,8 @@ shared::Frame frameData(
     const hierarchy::View& view,
     const Scene& scene,
     const SunBox& sunBox,
-    int shadowTexels)
+    int shadowTexels,
+    int samples)
 {
     const Camera camera = cameraOf(view);
     const glm::dmat3 linear = worldFromGrid(domain);
@@ -167,6 +182,7 @@ shared::Frame frameData(
     frame.airScattering = row(day.airScattering, kHeightOfAir);
     frame.hazeScattering = row(day.hazeScattering, kAerialStrength);
 
+    setSamples(frame, samples);
     if (sunBox.casts)
         setShadows(frame, sunBox, gridFromDirection, shadowTexels, metres);
     if (scene.backdrop)

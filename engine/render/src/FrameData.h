@@ -42,11 +42,13 @@ float shownWeight(const Scene& scene);
 
 /// What the shaders get.
 /// @param shadowTexels  along a side of the shadow map
+/// @param samples       of a pixel: 1, 4 or 8
 shared::Frame frameData(
     const hierarchy::Domain& domain,
     const hierarchy::View& view,
     const Scene& scene,
     const SunBox& sunBox,
-    int shadowTexels);
+    int shadowTexels,
+    int samples);
 
 } // namespace isofront::render

@@ -10,7 +10,9 @@
 #include <isofront/shaders/meshVert.h>
 #include <isofront/shaders/shadowVert.h>
 #include <isofront/shaders/studioFrag.h>
+#include <isofront/shaders/studioSamplesFrag.h>
 #include <isofront/shaders/terrainFrag.h>
+#include <isofront/shaders/terrainSamplesFrag.h>
 
 #include <array>
 #include <cstddef>
@@ -42,7 +44,8 @@ void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDra
 
 } // namespace
 
-core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
+core::Result<Passes>
+Passes::create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits samples)
 {
     // The first thing that fails is what is reported; what comes after it is not tried.
     std::optional<core::Error> error;
@@ -83,7 +86,8 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
              .vertexBindings = {&kVertexBinding, 1},
              .vertexAttributes = kVertexAttributes,
              .colourFormats = {&kSurfaceFormat, 1},
-             .depthFormat = kDepthFormat});
+             .depthFormat = kDepthFormat,
+             .samples = samples});
     };
     take(passes._meshPipeline, [&] { return meshPipeline(meshVert, meshFrag); });
     take(passes._fadingPipeline, [&] { return meshPipeline(meshFadingVert, meshFadingFrag); });
@@ -104,8 +108,13 @@ core::Result<Passes> Passes::create(gpu::Device& device, std::uint32_t slots)
              .layout = stage.layout.get(),
              .colourFormats = {&kPictureFormat, 1}});
     };
-    take(passes._terrainPipeline, [&] { return screenPipeline(passes._shade, terrainFrag); });
-    take(passes._studioPipeline, [&] { return screenPipeline(passes._shade, studioFrag); });
+    const bool many = samples != VK_SAMPLE_COUNT_1_BIT;
+    const auto lookPipeline = [&](std::span<const std::uint32_t> one,
+                                  std::span<const std::uint32_t> several) {
+        return screenPipeline(passes._shade, many ? several : one);
+    };
+    take(passes._terrainPipeline, [&] { return lookPipeline(terrainFrag, terrainSamplesFrag); });
+    take(passes._studioPipeline, [&] { return lookPipeline(studioFrag, studioSamplesFrag); });
     take(passes._antialiasPipeline, [&] {
         return screenPipeline(passes._antialias, antialiasFrag);
     });

@@ -21,7 +21,9 @@ namespace isofront::render {
 class Passes {
 public:
     /// @param slots  how many frames may be in flight; each has its descriptor sets
-    static core::Result<Passes> create(gpu::Device& device, std::uint32_t slots);
+    /// @param samples  of the targets
+    static core::Result<Passes>
+    create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits samples);
 
     /// Points the descriptor sets of a slot, which the GPU must be done with, to its things.
     /// @param colours  of what has a colour of its own; any image if nothing in the frame has

@@ -5,6 +5,8 @@
 #include "IndirectDraws.h"
 #include "MeshStore.h"
 #include "Passes.h"
+#include "Readback.h"
+#include "Samples.h"
 #include "Slot.h"
 #include "SunBox.h"
 #include "Targets.h"
@@ -135,13 +137,17 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
 {
     if (core::Result<void> sound = checkOptions(device, options); !sound)
         return tl::unexpected(sound.error());
+    if (core::Result<void> sound = checkSamples(device, options.samples); !sound)
+        return tl::unexpected(sound.error());
+    const auto samples = static_cast<VkSampleCountFlagBits>(options.samples);
     core::Result<MeshStore> store = MeshStore::create(device, options);
     if (!store)
         return tl::unexpected(store.error());
     core::Result<Targets> targets = Targets::create(
         device,
         static_cast<std::uint32_t>(options.width),
-        static_cast<std::uint32_t>(options.height));
+        static_cast<std::uint32_t>(options.height),
+        samples);
     if (!targets)
         return tl::unexpected(targets.error());
     const auto shadowTexels = static_cast<std::uint32_t>(options.shadowMapSize);
@@ -154,7 +160,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
     if (!shadowMap)
         return tl::unexpected(shadowMap.error());
     core::Result<Passes> passes =
-        Passes::create(device, static_cast<std::uint32_t>(options.framesInFlight));
+        Passes::create(device, static_cast<std::uint32_t>(options.framesInFlight), samples);
     if (!passes)
         return tl::unexpected(passes.error());
     core::Result<gpu::Commands> copying = gpu::Commands::create(device);
@@ -230,7 +236,8 @@ core::Result<void> Renderer::Parts::resize(int width, int height)
         return {};
     if (core::Result<void> idle = device->wait(device->submitted()); !idle)
         return idle;
-    core::Result<Targets> fresh = Targets::create(*device, extent.width, extent.height);
+    core::Result<Targets> fresh = Targets::create(
+        *device, extent.width, extent.height, static_cast<VkSampleCountFlagBits>(options.samples));
     if (!fresh)
         return tl::unexpected(fresh.error());
     targets = std::move(*fresh);
@@ -248,7 +255,8 @@ core::Result<void> Renderer::Parts::record(
 {
     Slot& slot = slots[index];
     const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
-    const shared::Frame frame = frameData(domain, view, scene, shadowBox, shadowTexels);
+    const shared::Frame frame =
+        frameData(domain, view, scene, shadowBox, shadowTexels, options.samples);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
     // Where nothing has a colour of its own, nobody looks.
     const gpu::Image& colours = withVoxels ? voxels->pass.colours() : targets.surface;
@@ -289,9 +297,10 @@ core::Result<void> Renderer::Parts::record(
         voxels->pass.record(commands, index, targets);
         pass("voxels");
     }
-    passes.shade(commands, index, targets, scene.look, !scene.antialias);
+    const bool softens = scene.antialias && options.samples == 1;
+    passes.shade(commands, index, targets, scene.look, !softens);
     pass("shade");
-    if (scene.antialias) {
+    if (softens) {
         passes.antialias(commands, index, targets);
         pass("antialias");
     }
@@ -325,8 +334,11 @@ core::Result<void> Renderer::Parts::openVoxels()
         VoxelStore::create(*device, options.voxelPoolBytes, options.forceStaging);
     if (!pool)
         return tl::unexpected(pool.error());
-    core::Result<VoxelPass> pass =
-        VoxelPass::create(*device, static_cast<std::uint32_t>(slots.size()), indirect);
+    core::Result<VoxelPass> pass = VoxelPass::create(
+        *device,
+        static_cast<std::uint32_t>(slots.size()),
+        indirect,
+        static_cast<VkSampleCountFlagBits>(options.samples));
     if (!pass)
         return tl::unexpected(pass.error());
     voxels.emplace(Voxels{std::move(*pool), std::move(*pass)});
@@ -578,30 +590,7 @@ Renderer::Parts::copied(const gpu::Image& image, const gpu::Use& now)
 {
     if (lastSlot == nullptr)
         return core::failure(core::ErrorCode::usage, "there is no picture to read; draw one first");
-    const VkExtent2D extent = image.extent();
-    const std::size_t bytes = std::size_t{extent.width} * extent.height * 4;
-    core::Result<gpu::Buffer> target = gpu::Buffer::create(
-        *device, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, gpu::MemoryKind::readback);
-    if (!target)
-        return tl::unexpected(target.error());
-    if (core::Result<void> begun = copying.begin(); !begun)
-        return tl::unexpected(begun.error());
-    const VkCommandBuffer commands = copying.get();
-    gpu::imageBarrier(commands, image, now, gpu::use::kTransferRead);
-    const VkBufferImageCopy region{
-        .imageSubresource = {image.aspect(), 0, 0, 1},
-        .imageExtent = {extent.width, extent.height, 1}};
-    vkCmdCopyImageToBuffer(
-        commands, image.get(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, target->get(), 1, &region);
-    gpu::imageBarrier(commands, image, gpu::use::kTransferRead, now);
-    gpu::memoryBarrier(commands, gpu::use::kTransferWrite, gpu::use::kHostRead);
-    const core::Result<gpu::Device::Ticket> ticket = copying.submit();
-    if (!ticket)
-        return tl::unexpected(ticket.error());
-    if (core::Result<void> waited = device->wait(*ticket); !waited)
-        return tl::unexpected(waited.error());
-    const std::span<const std::byte> mapped = target->mapped();
-    return std::vector<std::byte>(mapped.begin(), mapped.end());
+    return copiedImage(*device, copying, image, now);
 }
 
 core::Result<core::Image> Renderer::readImage()

@@ -2,13 +2,14 @@
 
 namespace isofront::render {
 
-core::Result<Targets>
-Targets::create(gpu::Device& device, std::uint32_t width, std::uint32_t height)
+core::Result<Targets> Targets::create(
+    gpu::Device& device, std::uint32_t width, std::uint32_t height, VkSampleCountFlagBits samples)
 {
     struct Wanted {
         gpu::Image Targets::*image;
         VkFormat format;
         VkImageUsageFlags usage;
+        VkSampleCountFlagBits samples;
     };
     constexpr VkImageUsageFlags kColour =
         VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
@@ -16,17 +17,19 @@ Targets::create(gpu::Device& device, std::uint32_t width, std::uint32_t height)
         {&Targets::depth,
          kDepthFormat,
          VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
-             VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
-        {&Targets::surface, kSurfaceFormat, kColour},
-        {&Targets::shaded, kPictureFormat, kColour},
+             VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+         samples},
+        {&Targets::surface, kSurfaceFormat, kColour, samples},
+        {&Targets::shaded, kPictureFormat, kColour, VK_SAMPLE_COUNT_1_BIT},
         {&Targets::picture,
          kPictureFormat,
-         VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT},
+         VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+         VK_SAMPLE_COUNT_1_BIT},
     };
     Targets targets;
     for (const Wanted& wanted : all) {
         core::Result<gpu::Image> image =
-            gpu::Image::create(device, width, height, wanted.format, wanted.usage);
+            gpu::Image::create(device, width, height, wanted.format, wanted.usage, wanted.samples);
         if (!image)
             return tl::unexpected(image.error());
         targets.*wanted.image = std::move(*image);

@@ -10,8 +10,10 @@
 #include <isofront/shaders/voxelCubeFrag.h>
 #include <isofront/shaders/voxelCubeVert.h>
 #include <isofront/shaders/voxelMergeFrag.h>
+#include <isofront/shaders/voxelMergeSamplesFrag.h>
 #include <isofront/shaders/voxelSplatComp.h>
 #include <isofront/shaders/voxelSurfaceFrag.h>
+#include <isofront/shaders/voxelSurfaceSamplesFrag.h>
 
 #include <algorithm>
 #include <array>
@@ -23,9 +25,7 @@ namespace isofront::render {
 
 namespace {
 
-constexpr VkFormat kNameFormat = VK_FORMAT_R32_UINT;
-constexpr VkFormat kColourFormat = VK_FORMAT_R8G8B8A8_UNORM;
-constexpr std::uint64_t kSplatBytes = sizeof(std::uint64_t); // a pixel
+constexpr std::uint64_t kSplatBytes = sizeof(std::uint64_t); // a sample
 constexpr std::uint32_t kBoxCorners = 36;
 
 /// Colours that are kept where nothing is drawn over them.
@@ -59,6 +59,12 @@ core::Result<void> reserve(
     return {};
 }
 
+std::uint64_t splatBytes(VkExtent2D extent, VkSampleCountFlagBits samples)
+{
+    return std::uint64_t{extent.width} * extent.height *
+           std::uint64_t{static_cast<std::uint32_t>(samples)} * kSplatBytes;
+}
+
 template <typename T>
 void copyInto(const gpu::Buffer& buffer, const std::vector<T>& values)
 {
@@ -68,7 +74,8 @@ void copyInto(const gpu::Buffer& buffer, const std::vector<T>& values)
 
 } // namespace
 
-core::Result<VoxelPass> VoxelPass::create(gpu::Device& device, std::uint32_t slots, bool indirect)
+core::Result<VoxelPass> VoxelPass::create(
+    gpu::Device& device, std::uint32_t slots, bool indirect, VkSampleCountFlagBits samples)
 {
     if (!device.storesFromFragments()) {
         return core::failure(
@@ -79,6 +86,7 @@ core::Result<VoxelPass> VoxelPass::create(gpu::Device& device, std::uint32_t slo
     VoxelPass pass;
     pass._device = &device;
     pass._indirect = indirect;
+    pass._samples = samples;
     pass._slots.resize(slots);
     core::Result<gpu::Sampler> sampler = gpu::makeSampler(device, VK_FILTER_NEAREST);
     if (!sampler)
@@ -106,7 +114,9 @@ core::Result<VoxelPass> VoxelPass::create(gpu::Device& device, std::uint32_t slo
 
 core::Result<void> VoxelPass::makePipelines()
 {
+    using Code = std::span<const std::uint32_t>;
     const VkPipelineLayout layout = _stage.layout.get();
+    const bool many = _samples != VK_SAMPLE_COUNT_1_BIT;
     constexpr std::array kSurfaceFormats{kSurfaceFormat, kColourFormat};
     const std::array wanted{
         std::pair{
@@ -116,7 +126,8 @@ core::Result<void> VoxelPass::makePipelines()
                 .fragmentShader = voxelCubeFrag,
                 .layout = layout,
                 .colourFormats = {&kNameFormat, 1},
-                .depthFormat = kDepthFormat}},
+                .depthFormat = kDepthFormat,
+                .samples = _samples}},
         std::pair{
             &_fadingPipeline,
             gpu::GraphicsPipeline{
@@ -124,15 +135,18 @@ core::Result<void> VoxelPass::makePipelines()
                 .fragmentShader = voxelCubeFadingFrag,
                 .layout = layout,
                 .colourFormats = {&kNameFormat, 1},
-                .depthFormat = kDepthFormat}},
+                .depthFormat = kDepthFormat,
+                .samples = _samples}},
         std::pair{
             &_mergePipeline,
             gpu::GraphicsPipeline{
                 .vertexShader = fullscreenVert,
-                .fragmentShader = voxelMergeFrag,
+                .fragmentShader = many ? Code(voxelMergeSamplesFrag) : Code(voxelMergeFrag),
                 .layout = layout,
                 .colourFormats = {&kNameFormat, 1},
-                .depthFormat = kDepthFormat}},
+                .depthFormat = kDepthFormat,
+                .samples = _samples,
+                .shadesSamples = many}},
         std::pair{
             &_boxPipeline,
             gpu::GraphicsPipeline{
@@ -140,14 +154,17 @@ core::Result<void> VoxelPass::makePipelines()
                 .fragmentShader = voxelBoxFrag,
                 .layout = layout,
                 .depthFormat = kDepthFormat,
-                .writesDepth = false}},
+                .writesDepth = false,
+                .samples = _samples}},
         std::pair{
             &_surfacePipeline,
             gpu::GraphicsPipeline{
                 .vertexShader = fullscreenVert,
-                .fragmentShader = voxelSurfaceFrag,
+                .fragmentShader = many ? Code(voxelSurfaceSamplesFrag) : Code(voxelSurfaceFrag),
                 .layout = layout,
-                .colourFormats = kSurfaceFormats}}};
+                .colourFormats = kSurfaceFormats,
+                .samples = _samples,
+                .shadesSamples = many}}};
     for (const auto& [place, description] : wanted) {
         core::Result<gpu::Pipeline> pipeline = gpu::makePipeline(*_device, description);
         if (!pipeline)
@@ -186,8 +203,8 @@ core::Result<void> VoxelPass::makeIndices()
 
 bool VoxelPass::splatsInto(VkExtent2D extent) const
 {
-    return _device->hasLongAtomics() && std::uint64_t{extent.width} * extent.height * kSplatBytes <=
-                                            _device->limits().maxStorageBufferRange;
+    return _device->hasLongAtomics() &&
+           splatBytes(extent, _samples) <= _device->limits().maxStorageBufferRange;
 }
 
 core::Result<void> VoxelPass::resize(VkExtent2D extent)
@@ -205,17 +222,17 @@ core::Result<void> VoxelPass::resize(VkExtent2D extent)
         extent.width,
         extent.height,
         kNameFormat,
-        kUsage | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+        kUsage | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+        _samples);
     if (!names)
         return tl::unexpected(names.error());
     core::Result<gpu::Image> colours =
-        gpu::Image::create(*_device, extent.width, extent.height, kColourFormat, kUsage);
+        gpu::Image::create(*_device, extent.width, extent.height, kColourFormat, kUsage, _samples);
     if (!colours)
         return tl::unexpected(colours.error());
-    const std::uint64_t pixels = std::uint64_t{extent.width} * extent.height;
     core::Result<gpu::Buffer> splats = gpu::Buffer::create(
         *_device,
-        splatsInto(extent) ? pixels * kSplatBytes : kSplatBytes,
+        splatsInto(extent) ? splatBytes(extent, _samples) : kSplatBytes,
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
         gpu::MemoryKind::device);
     if (!splats)

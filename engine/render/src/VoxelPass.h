@@ -23,8 +23,10 @@ class VoxelPass {
 public:
     /// @param slots  how many frames may be in flight
     /// @param indirect  false: draws are issued one by one
+    /// @param samples   of the targets
     /// @return noDevice if the device can't note from fragments what is visible
-    static core::Result<VoxelPass> create(gpu::Device& device, std::uint32_t slots, bool indirect);
+    static core::Result<VoxelPass>
+    create(gpu::Device& device, std::uint32_t slots, bool indirect, VkSampleCountFlagBits samples);
 
     /// True if a picture of this size may have splats.
     [[nodiscard]] bool splatsInto(VkExtent2D extent) const;
@@ -41,7 +43,7 @@ public:
     void record(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
     /// Colours of voxels that have some, for the shading pass.
     [[nodiscard]] const gpu::Image& colours() const { return _colours; }
-    /// The name of the voxel in each pixel.
+    /// The name of the voxel in each sample.
     [[nodiscard]] const gpu::Image& names() const { return _names; }
     /// What the slot was last readied for.
     [[nodiscard]] const VoxelFrame& frame(std::size_t slot) const { return _slots[slot].frame; }
@@ -71,12 +73,13 @@ private:
 
     gpu::Device* _device = nullptr;
     bool _indirect = true;
+    VkSampleCountFlagBits _samples = VK_SAMPLE_COUNT_1_BIT;
     gpu::Sampler _nearest;
     Stage _stage;
     gpu::Pipeline _cubePipeline, _fadingPipeline, _splatPipeline, _mergePipeline, _boxPipeline,
         _surfacePipeline;
     gpu::Buffer _indices; ///< of kVoxelsInDraw voxels' faces
-    gpu::Buffer _splats;  ///< depth and name of each pixel
+    gpu::Buffer _splats;  ///< depth and name of each sample
     gpu::Image _names, _colours;
     std::vector<Slot> _slots;
 };

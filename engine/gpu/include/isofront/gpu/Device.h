@@ -54,6 +54,9 @@ public:
     [[nodiscard]] bool hasLongAtomics() const { return _longAtomics; }
     /// True if fragment shaders can write to buffers.
     [[nodiscard]] bool storesFromFragments() const { return _fragmentStores; }
+    /// True if fragment shaders can run for each sample of a pixel, and the samples lie at Vulkan's
+    /// standard places.
+    [[nodiscard]] bool shadesSamples() const { return _samples; }
     /// Whether timestamps can be written to the queue's command buffers.
     [[nodiscard]] bool hasTimestamps() const { return _timestampBits != 0; }
     /// How many of a timestamp's bits count.
@@ -100,6 +103,7 @@ private:
     bool _drawsManyIndirectly = false;
     bool _longAtomics = false;
     bool _fragmentStores = false;
+    bool _samples = false;
     Ticket _submitted = 0;
     std::atomic<std::uint64_t> _allocatedBytes = 0;
 };

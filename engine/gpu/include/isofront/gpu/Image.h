@@ -13,12 +13,14 @@ class Image {
 public:
     Image() = default;
     /// @param width, height  [px], from 1 to the device's limit (asserted)
+    /// @param samples  of each pixel, as sampleCounts has them
     static core::Result<Image> create(
         Device& device,
         std::uint32_t width,
         std::uint32_t height,
         VkFormat format,
-        VkImageUsageFlags usage);
+        VkImageUsageFlags usage,
+        VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT);
     Image(Image&& other) noexcept { swap(other); }
     Image& operator=(Image&& other) noexcept
     {
@@ -33,6 +35,8 @@ public:
     [[nodiscard]] VkImageView view() const { return _view; }
     [[nodiscard]] VkFormat format() const { return _format; }
     [[nodiscard]] VkExtent2D extent() const { return _extent; }
+    [[nodiscard]] VkImageUsageFlags usage() const { return _usage; }
+    [[nodiscard]] VkSampleCountFlagBits samples() const { return _samples; }
     /// Depth for depth formats, otherwise colour.
     [[nodiscard]] VkImageAspectFlags aspect() const;
 
@@ -46,6 +50,13 @@ private:
     VkDeviceSize _allocated = 0;
     VkFormat _format = VK_FORMAT_UNDEFINED;
     VkExtent2D _extent{};
+    VkImageUsageFlags _usage = 0;
+    VkSampleCountFlagBits _samples = VK_SAMPLE_COUNT_1_BIT;
 };
+
+/// How many samples a pixel images of a format and use may have on a device, one bit for each
+/// number; only one where samples don't lie at Vulkan's standard places, or shaders can't run for
+/// each.
+VkSampleCountFlags sampleCounts(const Device& device, VkFormat format, VkImageUsageFlags usage);
 
 } // namespace isofront::gpu

@@ -9,8 +9,8 @@
 
 namespace isofront::gpu {
 
-/// What differs between our graphics pipelines. Triangles, one sample a pixel, no blending;
-/// viewport, scissor, front face and cull mode are set while recording.
+/// What differs between our graphics pipelines. Triangles, no blending; viewport, scissor, front
+/// face and cull mode are set while recording.
 struct GraphicsPipeline {
     std::span<const std::uint32_t> vertexShader;   ///< SPIR-V
     std::span<const std::uint32_t> fragmentShader; ///< SPIR-V; may be empty to draw depth alone
@@ -20,6 +20,8 @@ struct GraphicsPipeline {
     std::span<const VkFormat> colourFormats;
     VkFormat depthFormat = VK_FORMAT_UNDEFINED; ///< undefined: neither tested nor written
     bool writesDepth = true;                    ///< false: only tested
+    VkSampleCountFlagBits samples = VK_SAMPLE_COUNT_1_BIT; ///< of each pixel drawn into
+    bool shadesSamples = false; ///< runs the fragment shader for each of them
 };
 
 core::Result<Pipeline> makePipeline(Device& device, const GraphicsPipeline& description);

@@ -32,6 +32,11 @@ struct RendererOptions {
     /// How many frames the CPU may run ahead of the GPU, at least 1. More: smoother, later, and
     /// removed meshes keep their memory longer.
     int framesInFlight = 2;
+    /// Of each pixel: 1, 4 or 8, as far as the device has them. More smooth all outlines, of meshes
+    /// and of voxels drawn in either way, and cost time and memory by their number; light is
+    /// computed more than once only where a pixel's samples differ. Their mean is taken of light as
+    /// it is displayed.
+    int samples = 1;
     int shadowMapSize = 2048; ///< along a side, >= 16 [texels]: finer shadows, 4 bytes each
     /// All memory for voxels [bytes], at least a mebibyte; taken at once when the first chunks are
     /// added. No more than shaders can see in one buffer, which is 128 MiB with some drivers.
@@ -86,7 +91,8 @@ struct FrameStats {
 /// Thread: one at a time. The device must outlive it.
 class Renderer {
 public:
-    /// @return usage if the options make no sense; resourceLimit or noDevice as the device says
+    /// @return usage if the options make no sense; noDevice if the device doesn't have so many
+    ///         samples; resourceLimit or noDevice as the device says
     static core::Result<std::unique_ptr<Renderer>> create(
         gpu::Device& device, const hierarchy::Domain& domain, const RendererOptions& options = {});
     ~Renderer();
@@ -167,9 +173,10 @@ public:
     /// Waits for the last picture and copies it. Usage if nothing was drawn yet.
     core::Result<core::Image> readImage();
     /// Waits for the last picture and copies its depth, rows from the top: near plane / distance
-    /// along the view direction; 0 where there is nothing.
+    /// along the view direction; 0 where there is nothing. Of several samples, the first.
     core::Result<std::vector<float>> readDepth();
-    /// Waits for the last picture. @return which voxel each pixel shows, rows from the top
+    /// Waits for the last picture. @return which voxel each pixel shows, rows from the top. Of
+    ///         several samples, the first.
     core::Result<std::vector<ShownVoxel>> readVoxels();
     /// Waits for the last picture. @return which of its chunks can be seen: of those that were
     /// shown, whether any pixel shows them; of those that were tested, whether their box isn't

@@ -65,7 +65,9 @@ struct Scene {
     /// Weight of the present picture against the former one, in [0, 1]: TransitionClock::weight. So
     /// large a share of the pixels shows the present one. Without a number, all do.
     float transition = 1.0F;
-    bool antialias = true; ///< softens stair steps; costs a pass over the picture
+    /// Softens stair steps; costs a pass over the picture. Not done where pixels have several
+    /// samples (RendererOptions::samples).
+    bool antialias = true;
 };
 
 } // namespace isofront::render
