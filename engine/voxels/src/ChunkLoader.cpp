@@ -31,11 +31,12 @@ std::uint64_t transitionBytes(const ChunkEntry& entry)
 ChunkLoader::ChunkLoader(
     std::shared_ptr<const ChunkStore> store,
     const ChunkTree& tree,
+    std::span<const std::uint64_t> bytes,
     ChunkForm form,
     bool transitions,
     std::shared_ptr<core::Jobs> jobs)
-    : _store(std::move(store)), _tree(tree), _form(std::move(form)), _transitions(transitions),
-      _jobs(std::move(jobs))
+    : _store(std::move(store)), _tree(tree), _bytes(bytes), _form(std::move(form)),
+      _transitions(transitions), _jobs(std::move(jobs))
 {
 }
 
@@ -46,11 +47,18 @@ ChunkLoader::~ChunkLoader()
     _changed.wait(lock, [this] { return _workers == 0; });
 }
 
-void ChunkLoader::want(const std::vector<ChunkIndex>& chunks)
+void ChunkLoader::want(const std::vector<ChunkIndex>& chunks, std::uint64_t room, bool mayExceed)
 {
     std::size_t starting = 0;
     {
         const std::lock_guard lock(_mutex);
+        _room = room;
+        _mayExceed = mayExceed;
+        _held = 0;
+        for (const ChunkIndex chunk : _running)
+            _held += _bytes[chunk];
+        for (const Loaded& loaded : _loaded)
+            _held += _bytes[loaded.index];
         _wanted.clear();
         for (const ChunkIndex chunk : chunks)
             if (!_running.contains(chunk) &&
@@ -78,13 +86,20 @@ void ChunkLoader::wait()
     _changed.wait(lock, [this] { return !_loaded.empty() || _workers == 0; });
 }
 
+/// For the next chunk. What was taken since the last call of want is still there.
+bool ChunkLoader::hasRoom() const
+{
+    return _held + _bytes[_wanted.front()] <= _room || (_mayExceed && _held == 0);
+}
+
 void ChunkLoader::work()
 {
     std::unique_lock lock(_mutex);
-    while (!_wanted.empty()) {
+    while (!_wanted.empty() && hasRoom()) {
         const ChunkIndex index = _wanted.front();
         _wanted.pop_front();
         _running.insert(index);
+        _held += _bytes[index];
         lock.unlock();
         Loaded loaded = load(index);
         lock.lock();

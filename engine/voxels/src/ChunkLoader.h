@@ -32,10 +32,12 @@ public:
     };
 
     /// @param tree         outlives the loader
+    /// @param bytes        what each chunk takes once it is loaded; outlives the loader
     /// @param transitions  whether they come behind chunks that have a parent
     ChunkLoader(
         std::shared_ptr<const ChunkStore> store,
         const ChunkTree& tree,
+        std::span<const std::uint64_t> bytes,
         ChunkForm form,
         bool transitions,
         std::shared_ptr<core::Jobs> jobs);
@@ -46,7 +48,10 @@ public:
 
     /// What is to be loaded now, the most urgent first; all else is taken back. What is being
     /// read is not read again.
-    void want(const std::vector<ChunkIndex>& chunks);
+    /// @param room       for chunks that are loaded or being loaded, what can't be taken back
+    ///                   included [bytes]: what would exceed it isn't begun
+    /// @param mayExceed  one chunk may exceed it if there is no other
+    void want(const std::vector<ChunkIndex>& chunks, std::uint64_t room, bool mayExceed);
     /// What has been loaded since the last call; it may include what was wanted before.
     std::vector<Loaded> take();
     /// Waits until there is something to take, or nothing that it could wait for.
@@ -54,6 +59,7 @@ public:
 
 private:
     void work();
+    [[nodiscard]] bool hasRoom() const;
     [[nodiscard]] Loaded load(ChunkIndex index);
     /// Null if it can't be read. Siblings come together: the last few stay.
     std::shared_ptr<const Chunk> parentOf(ChunkIndex index);
@@ -61,6 +67,7 @@ private:
 
     std::shared_ptr<const ChunkStore> _store;
     const ChunkTree& _tree;
+    std::span<const std::uint64_t> _bytes;
     ChunkForm _form;
     bool _transitions;
     std::shared_ptr<core::Jobs> _jobs;
@@ -69,6 +76,9 @@ private:
     std::deque<ChunkIndex> _wanted;
     std::set<ChunkIndex> _running;
     std::vector<Loaded> _loaded;
+    std::uint64_t _held = 0; ///< of what ran or was loaded at the last call of want, or since
+    std::uint64_t _room = 0;
+    bool _mayExceed = false;
     std::size_t _workers = 0;
     struct Parent {
         ChunkIndex index = 0;

@@ -31,7 +31,7 @@ ChunkSelection::ChunkSelection(const ChunkTree& tree, const StreamingSettings& s
 
 void ChunkSelection::begin(const ChunkView& view, const ChunkTurn& turn)
 {
-    if (_tick == 0 || view != _view)
+    if (_viewVersion == 0 || view != _view)
         ++_viewVersion;
     _view = view;
     _turn = turn;

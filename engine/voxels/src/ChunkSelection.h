@@ -82,7 +82,7 @@ public:
     [[nodiscard]] bool isDamaged(ChunkIndex index) const { return _nodes[index].isDamaged; }
 
 private:
-    /// Counts the frames from 1 on; 0 is never.
+    /// Counts the frames from 2 on; 0 is never, and not the frame before the first either.
     using Tick = std::uint64_t;
     /// Bits.
     using Pictures = unsigned;
@@ -145,8 +145,8 @@ private:
     StreamingSettings _settings;
     std::vector<Node> _nodes;
     ChunkView _view;
-    std::uint64_t _viewVersion = 0; ///< counts the changes of the view
-    Tick _tick = 0;
+    std::uint64_t _viewVersion = 0; ///< counts the changes of the view, from 1 on
+    Tick _tick = 1;
     double _coarsening = 1;
     ChunkTurn _turn;
     std::vector<ChunkIndex> _visited; ///< in the last frame, parents first

@@ -46,7 +46,7 @@ public:
               _bytes.empty() ? 0 : *std::ranges::max_element(_bytes)),
           _selection(_tree, settings), _isResident(_tree.size(), false),
           _hasTransition(_tree.size(), false), _lastWanted(_tree.size(), 0),
-          _loader(store, _tree, settings.form, settings.continuous, std::move(jobs))
+          _loader(store, _tree, _bytes, settings.form, settings.continuous, std::move(jobs))
     {
     }
 
@@ -286,23 +286,43 @@ private:
         }
     }
 
-    /// Asks for what is missing, as much as may wait on the host.
+    /// Asks for what is missing, the first of it that may wait on the host together, and lets go
+    /// what is loaded beyond that.
     void request()
     {
         std::vector<ChunkIndex> chunks;
-        std::uint64_t waiting = 0;
+        std::vector<ChunkIndex> kept;
+        std::uint64_t waiting = 0; ///< of what is to be loaded by and by
+        std::uint64_t loaded = 0;  ///< of what is
+        const auto keep = [&](ChunkIndex index) {
+            kept.push_back(index);
+            loaded += _bytes[index];
+        };
+        if (_partial != kNoChunk) {
+            keep(_partial);
+            waiting = loaded;
+        }
         for (const ChunkSelection::Wanted& chunk : _wanted) {
             if (_isResident[chunk.index])
                 continue;
             ++_frame.missing;
-            waiting += _bytes[chunk.index];
-            if (waiting > _settings.hostBytes && _frame.missing > 1)
+            if (chunk.index == _partial)
                 continue;
-            if (!_ready.contains(chunk.index))
+            const bool isFirst = waiting == 0;
+            waiting += _bytes[chunk.index];
+            if (waiting > _settings.hostBytes && !isFirst)
+                continue;
+            if (_ready.contains(chunk.index))
+                keep(chunk.index);
+            else
                 chunks.push_back(chunk.index);
         }
-        std::erase_if(_ready, [&](const auto& ready) { return _lastWanted[ready.first] != _tick; });
-        _loader.want(chunks);
+        std::ranges::sort(kept);
+        std::erase_if(_ready, [&](const auto& ready) {
+            return !std::ranges::binary_search(kept, ready.first);
+        });
+        _loader.want(
+            chunks, _settings.hostBytes > loaded ? _settings.hostBytes - loaded : 0, kept.empty());
     }
 
     ChunkTree _tree;
