@@ -17,6 +17,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -248,6 +249,22 @@ int infoOfMesh(const InfoArguments& arguments)
     return 0;
 }
 
+/// Sentences that name chunks which the directory has and the store hasn't; none if the directory
+/// can't be read.
+std::vector<std::string>
+missingChunks(const voxels::ChunkStore& store, const std::vector<voxels::ChunkKey>& keys)
+{
+    std::vector<std::string> missing;
+    const auto directory = store.directory();
+    if (!directory)
+        return missing;
+    const std::set<voxels::ChunkKey> there(keys.begin(), keys.end());
+    for (const voxels::ChunkEntry& entry : *directory)
+        if (!there.contains(entry.key))
+            missing.push_back(store.place() + ": " + nameOf(entry.key) + " is missing");
+    return missing;
+}
+
 /// What reading all chunks of a model tells.
 struct CheckedChunks {
     std::vector<std::uint64_t> voxels; ///< by level
@@ -269,6 +286,8 @@ checkChunks(const voxels::ChunkStore& store, const std::vector<voxels::ChunkKey>
         else if (*chunk && key.level < checked.voxels.size())
             checked.voxels[key.level] += (*chunk)->voxels.size();
     }
+    const std::vector<std::string> missing = missingChunks(store, keys);
+    checked.damaged.insert(checked.damaged.end(), missing.begin(), missing.end());
     const voxels::StoredModel& model = store.model();
     const std::uint64_t all =
         std::accumulate(checked.voxels.begin(), checked.voxels.end(), std::uint64_t{0});
@@ -294,6 +313,7 @@ int infoOfStore(const InfoArguments& arguments)
     for (const voxels::ChunkKey& key : keys)
         if (key.level < chunks.size())
             ++chunks[key.level];
+    const std::size_t missing = missingChunks(**store, keys).size();
     CheckedChunks checked;
     if (arguments.check) {
         checked = checkChunks(**store, keys);
@@ -324,6 +344,7 @@ int infoOfStore(const InfoArguments& arguments)
         json["model"]["format"] = isFolder ? "folder" : "lmdb";
         json["model"]["bytes"] = bytes;
         json["model"]["chunks_by_level"] = chunks;
+        json["model"]["chunks_missing"] = missing;
         if (arguments.check) {
             json["model"]["voxels_by_level"] = checked.voxels;
             json["model"]["damaged"] = checked.damaged;
@@ -357,6 +378,12 @@ int infoOfStore(const InfoArguments& arguments)
                 grouped(chunks[level]).c_str(),
                 arguments.check ? (", " + grouped(checked.voxels[level]) + " voxels").c_str() : "");
         std::printf("  on disk      %s bytes\n", grouped(bytes).c_str());
+        if (missing > 0 && !arguments.check)
+            std::printf(
+                "  missing      %s chunk%s; coarser ones are shown there (--check names %s)\n",
+                grouped(missing).c_str(),
+                missing == 1 ? "" : "s",
+                missing == 1 ? "it" : "them");
         if (!arguments.ray.empty())
             std::printf("  ray          %s\n", hitText(hit, ray).c_str());
         for (const std::string& damage : checked.damaged)

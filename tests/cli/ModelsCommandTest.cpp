@@ -255,7 +255,10 @@ TEST_F(ModelsCommand, nameDamagedChunks)
     fs::remove(chunk);
     const Outcome missing = run("info ball --check");
     EXPECT_EQ(missing.exitCode, 3);
-    EXPECT_NE(missing.errors.find("missing"), std::string::npos) << missing.errors;
+    EXPECT_NE(missing.errors.find("chunk 1, 0, 1 of level 0 is missing"), std::string::npos)
+        << missing.errors;
+    EXPECT_EQ(json("info ball")["model"]["chunks_missing"], 1);
+    EXPECT_NE(run("info ball").output.find("missing      1 chunk;"), std::string::npos);
 }
 
 TEST_F(ModelsCommand, voxelizeFieldsOfFormulas)
@@ -406,6 +409,17 @@ TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
     // The other kind of store gives the same picture.
     json("render t --size 320x240 -o other.png");
     EXPECT_EQ(contentsOf(folder / "fine.png"), contentsOf(folder / "other.png"));
+    // A chunk that is gone is named by the model that is drawn, and one above it stands in.
+    for (const auto& file : fs::directory_iterator(folder / "t" / "0"))
+        fs::remove(file.path());
+    const Outcome stoodIn = run("render t --size 320x240 --json -o other.png");
+    EXPECT_EQ(stoodIn.exitCode, 0);
+    EXPECT_NE(stoodIn.errors.find("t: chunk 0, 0, 0 of level 0 is missing"), std::string::npos)
+        << stoodIn.errors;
+    const Json coarser = Json::parse(stoodIn.output);
+    EXPECT_GT(coarser["chunks_damaged"], 0);
+    EXPECT_GT(coarser["voxels_drawn"], 1000);
+    EXPECT_LT(2 * coarser["voxels_drawn"].get<std::uint64_t>(), fine["voxels_drawn"]);
     const Json cubes = json("render t.voxels --size 320x240 --way cubes --up 0,0,1 -o cubes.png");
     EXPECT_EQ(cubes["voxels_splatted"], 0);
     for (const char* wrong : {"--way points", "--voxel-pixels 0", "--cache-mib 0", "--up 0,0,0"})

@@ -151,15 +151,26 @@ public:
         : _chunks(tree.size())
     {
         for (voxels::ChunkIndex i = 0; i < tree.size(); ++i) {
-            const voxels::ChunkKey key = tree[i].entry.key;
-            const auto read = store.get(key);
+            // of one that can't be read, what the nearest above has in its place
+            const voxels::ChunkKey own = tree[i].entry.key;
+            voxels::ChunkKey key = own;
+            auto read = store.get(key);
+            while ((!read || !*read) && key.level + 1 < tree.lattice().levels) {
+                key = key.parent();
+                read = store.get(key);
+            }
             if (!read || !*read)
                 continue;
             Chunk& chunk = _chunks[i];
             chunk.edge = tree.voxelEdge(key.level) * kBlockEdge;
+            const std::uint32_t part = voxels::kChunkEdge >> (key.level - own.level);
+            const auto isIn = [&](std::uint32_t of, std::uint32_t chunkAt, std::uint32_t at) {
+                return (chunkAt * voxels::kChunkEdge + at) / part == of;
+            };
             for (const voxels::Voxel& voxel : (*read)->voxels)
                 if (voxel.x() % kBlockEdge == 0 && voxel.y() % kBlockEdge == 0 &&
-                    voxel.z() % kBlockEdge == 0)
+                    voxel.z() % kBlockEdge == 0 && isIn(own.x, key.x, voxel.x()) &&
+                    isIn(own.y, key.y, voxel.y()) && isIn(own.z, key.z, voxel.z()))
                     chunk.blocks.push_back(
                         chunk.edge * glm::dvec3(
                                          key.x * 16 + voxel.x() / kBlockEdge,

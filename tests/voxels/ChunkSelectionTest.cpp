@@ -240,11 +240,31 @@ TEST(ChunkSelection, drawsWhatWasOutOfViewInBetween)
     script.next({2});
     ASSERT_EQ(script.only(true), Keys{kRight});
     const ChunkView all = script.view;
-    script.view.planes[0] = {{-1, 0, 0}, 1.5}; // x <= 1.5: only what is left
+    script.view.planes[0] = {{-1, 0, 0}, 2.5}; // x <= 1.5: only what is left
     script.next({3});
     script.next({4});
     script.view = all;
-    EXPECT_EQ(script.next({5}), Script::leaves(0, 3));
+    script.selection.begin(script.view);
+    std::vector<ChunkSelection::Wanted> wanted;
+    script.selection.wanted(1, wanted);
+    EXPECT_EQ(wanted.size(), script.tree.size()) << "and needs it";
+    script.selection.draws(
+        ++script.frame, 1, [](ChunkIndex) { return true; }, script.draws);
+    EXPECT_EQ(script.only(false), Script::leaves(0, 3));
+}
+
+TEST(ChunkSelection, doesNotCloseAroundWhatComesIntoView)
+{
+    Script script(hiddenFor(1));
+    script.seen = {Script::leaf(0)};
+    const ChunkView all = script.view;
+    script.view.planes[0] = {{-1, 0, 0}, 1.5}; // x <= 0.5: only the first
+    script.next();
+    script.next();
+    script.seen = {};
+    EXPECT_EQ(script.next({1, 2}), Script::leaves(0, 0));
+    script.view = all;
+    EXPECT_EQ(script.next({3}), Script::leaves(0, 3));
 }
 
 TEST(ChunkSelection, doesNotCloseForWhatWasDrawnOtherwise)

@@ -10,6 +10,8 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace isofront::tests {
@@ -60,7 +62,11 @@ public:
                 std::memmove(_memory.data() + move.to, _memory.data() + move.from, move.bytes);
             }
             for (const voxels::ChunkDraw& draw : _frames.front().draws) {
-                expectAt(draw.offset, bytesOf(draw.key, streamer), draw);
+                expectAt(
+                    draw.offset,
+                    draw.standIn == nullptr ? bytesOf(draw.key, streamer)
+                                            : standInOf(draw.index, draw.key, streamer),
+                    draw);
                 if (!draw.fades)
                     continue;
                 expectAt(draw.transitionOffset, transitionOf(draw.key), draw);
@@ -116,11 +122,56 @@ private:
         return bytes;
     }
 
+    /// Those voxels of a chunk that lie where a finer one does, closed towards its neighbours.
+    const std::vector<std::byte>& standInOf(
+        voxels::ChunkIndex index,
+        const voxels::ChunkKey& key,
+        const voxels::ChunkStreamer& streamer)
+    {
+        std::vector<std::byte>& bytes = _standIns[{index, key}];
+        if (!bytes.empty())
+            return bytes;
+        const voxels::ChunkKey below = streamer.tree()[index].entry.key;
+        const std::uint32_t shift = key.level - below.level;
+        const std::uint32_t edge = voxels::kChunkEdge >> shift;
+        const auto chunk = _store->get(key);
+        voxels::Chunk part;
+        part.key = key;
+        const auto isIn = [&](std::uint32_t of, std::uint32_t chunkAt, std::uint32_t at) {
+            return (chunkAt * voxels::kChunkEdge + at) / edge == of;
+        };
+        const auto isFirst = [&](std::uint32_t at) { return at % edge == 0; };
+        const auto isLast = [&](std::uint32_t at) { return at % edge == edge - 1; };
+        for (const voxels::Voxel& v : (*chunk)->voxels) {
+            if (!isIn(below.x, key.x, v.x()) || !isIn(below.y, key.y, v.y()) ||
+                !isIn(below.z, key.z, v.z()))
+                continue;
+            std::uint8_t faces = v.faces();
+            using voxels::Face;
+            for (const auto& [at, low, high] :
+                 {std::tuple{v.x(), Face::lowX, Face::highX},
+                  std::tuple{v.y(), Face::lowY, Face::highY},
+                  std::tuple{v.z(), Face::lowZ, Face::highZ}}) {
+                if (isFirst(at))
+                    faces |= voxels::faceBit(low);
+                if (isLast(at))
+                    faces |= voxels::faceBit(high);
+            }
+            part.voxels.push_back({voxels::packPlace(v.x(), v.y(), v.z(), faces), v.normal});
+        }
+        EXPECT_LE(part.voxels.size(), streamer.tree()[index].entry.voxels);
+        const voxels::ChunkForm& form = streamer.settings().form;
+        bytes.resize(form.bytes(voxels::entryOf(part)));
+        form.pack(part, bytes);
+        return bytes;
+    }
+
     std::shared_ptr<const voxels::ChunkStore> _store;
     std::vector<std::byte> _memory;
     std::deque<Frame> _frames;
     std::map<voxels::ChunkKey, std::vector<std::byte>> _bytes;
     std::map<voxels::ChunkKey, std::vector<std::byte>> _transitions;
+    std::map<std::pair<voxels::ChunkIndex, voxels::ChunkKey>, std::vector<std::byte>> _standIns;
 };
 
 } // namespace isofront::tests

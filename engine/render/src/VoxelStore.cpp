@@ -85,17 +85,17 @@ void fillParents(PlacedChunk& chunk)
     chunk.high |= kLowest;
 }
 
-std::string nameOf(const voxels::ChunkKey& key)
+/// What lies where a streamer has placed a chunk.
+const voxels::ChunkEntry& shown(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree)
 {
-    return "chunk " + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
-           std::to_string(key.z) + " of level " + std::to_string(key.level);
+    return draw.standIn == nullptr ? tree[draw.index].entry : *draw.standIn;
 }
 
 } // namespace
 
 PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree)
 {
-    const voxels::ChunkEntry& entry = tree[draw.index].entry;
+    const voxels::ChunkEntry& entry = shown(draw, tree);
     const auto wordAt = [](std::uint64_t offset) {
         return static_cast<std::uint32_t>(offset / sizeof(std::uint32_t));
     };
@@ -132,7 +132,7 @@ bool isWithin(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree, std:
                2 * (std::uint64_t{entry.faceSets} + entry.faceAttributes);
     };
     const voxels::ChunkTree::Node& node = tree[draw.index];
-    if (!fits(draw.offset, wordsOf(node.entry)))
+    if (!fits(draw.offset, wordsOf(shown(draw, tree))))
         return false;
     if (!draw.fades || node.parent == voxels::kNoChunk)
         return true;

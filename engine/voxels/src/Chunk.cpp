@@ -33,6 +33,12 @@ std::uint32_t parentsOf(const Chunk& chunk)
 
 } // namespace
 
+std::string nameOf(const ChunkKey& key)
+{
+    return "chunk " + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
+           std::to_string(key.z) + " of level " + std::to_string(key.level);
+}
+
 FaceAttributes attributesOf(const Chunk& chunk, std::size_t voxel, Face face)
 {
     const auto set = std::ranges::lower_bound(chunk.faceSets, voxel, {}, &FaceSet::voxel);

@@ -61,12 +61,6 @@ core::Error damaged(const std::string& what)
 
 } // namespace
 
-std::string nameOf(const ChunkKey& key)
-{
-    return "chunk " + std::to_string(key.x) + ", " + std::to_string(key.y) + ", " +
-           std::to_string(key.z) + " of level " + std::to_string(key.level);
-}
-
 std::vector<std::byte> encoded(const Chunk& chunk)
 {
     const bool faced = !chunk.faceSets.empty();

@@ -30,7 +30,4 @@ core::Result<StoredModel> decodedModel(std::string_view text);
 std::vector<std::byte> encoded(std::span<const ChunkEntry> directory);
 core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte> bytes);
 
-/// A key in words, for messages: "chunk 3, 0, 7 of level 2".
-std::string nameOf(const ChunkKey& key);
-
 } // namespace isofront::voxels

@@ -1,6 +1,7 @@
 #include "ChunkLoader.h"
 
 #include "ChunkCodec.h"
+#include "StandIn.h"
 #include "isofront/voxels/LevelTransition.h"
 
 #include <algorithm>
@@ -112,58 +113,86 @@ void ChunkLoader::work()
     _changed.notify_all();
 }
 
-ChunkLoader::Loaded ChunkLoader::load(ChunkIndex index)
+core::Result<Chunk> ChunkLoader::read(ChunkIndex index) const
 {
     const ChunkEntry& entry = _tree[index].entry;
-    const auto fail = [&](const char* why) -> Loaded {
-        return {
-            index,
-            core::failure(
-                core::ErrorCode::badData,
-                _store->model().name + ": " + nameOf(entry.key) + " is damaged: " + why)};
-    };
-    const auto chunk = _store->get(entry.key);
+    auto chunk = _store->get(entry.key);
     if (!chunk)
-        return {index, tl::unexpected(chunk.error())};
-    if (!*chunk)
-        return fail("it is missing");
+        return tl::unexpected(chunk.error());
     // the directory has said how much room there is to be
-    if (entryOf(**chunk) != entry)
-        return fail("it is not what the directory says");
+    if (!*chunk || entryOf(**chunk) != entry)
+        return core::failure(
+            core::ErrorCode::badData,
+            _store->place() + ": " + nameOf(entry.key) +
+                (*chunk ? " is damaged: it is not what the directory says" : " is missing"));
+    return std::move(**chunk);
+}
+
+ChunkLoader::Loaded ChunkLoader::load(ChunkIndex index)
+{
+    Loaded loaded;
+    loaded.index = index;
+    const core::Result<Chunk> chunk = read(index);
+    if (!chunk) {
+        loaded.error = chunk.error();
+        standIn(loaded);
+        return loaded;
+    }
+    const ChunkEntry& entry = _tree[index].entry;
     const std::uint64_t own = _form.bytes(entry);
     const bool fades = _transitions && _tree[index].parent != kNoChunk;
     const std::uint64_t behind = fades ? transitionOffset(_form, entry) : own;
     auto data =
         std::make_shared<std::vector<std::byte>>(behind + (fades ? transitionBytes(entry) : 0));
-    _form.pack(**chunk, std::span(*data).first(own));
-    const bool has = fades && addTransition(index, **chunk, std::span(*data).subspan(behind));
-    return {index, std::move(data), has};
+    _form.pack(*chunk, std::span(*data).first(own));
+    loaded.hasTransition = fades && addTransition(index, *chunk, std::span(*data).subspan(behind));
+    loaded.data = std::move(data);
+    return loaded;
 }
 
-std::shared_ptr<const Chunk> ChunkLoader::parentOf(ChunkIndex index)
+void ChunkLoader::standIn(Loaded& loaded)
 {
-    const ChunkIndex parent = _tree[index].parent;
+    const ChunkIndex index = loaded.index;
+    for (ChunkIndex at = _tree[index].parent; at != kNoChunk; at = _tree[at].parent) {
+        const std::shared_ptr<const Chunk> above = parent(at);
+        if (!above)
+            continue;
+        const Chunk chunk = standInFor(_tree[index].entry.key, *above);
+        const ChunkEntry entry = entryOf(chunk);
+        // a directory that doesn't fit its chunks could say anything
+        if (chunk.voxels.empty() || _form.bytes(entry) > _bytes[index])
+            continue;
+        auto data = std::make_shared<std::vector<std::byte>>(_form.bytes(entry));
+        _form.pack(chunk, *data);
+        loaded.data = std::move(data);
+        loaded.standIn = entry;
+        return;
+    }
+}
+
+std::shared_ptr<const Chunk> ChunkLoader::parent(ChunkIndex index)
+{
     {
         const std::lock_guard lock(_mutex);
-        const auto found = std::ranges::find(_parents, parent, &Parent::index);
+        const auto found = std::ranges::find(_parents, index, &Parent::index);
         if (found != _parents.end())
             return found->chunk;
     }
-    auto read = _store->get(_tree[parent].entry.key);
-    if (!read || !*read || entryOf(**read) != _tree[parent].entry)
-        return nullptr; // found damaged when it is itself wanted
-    auto chunk = std::make_shared<const Chunk>(std::move(**read));
+    auto chunk = read(index);
+    if (!chunk)
+        return nullptr; // named when it is itself wanted
+    auto kept = std::make_shared<const Chunk>(std::move(*chunk));
     const std::lock_guard lock(_mutex);
-    _parents.push_back({parent, chunk});
+    _parents.push_back({index, kept});
     if (_parents.size() > kParentsKept)
         _parents.pop_front();
-    return chunk;
+    return kept;
 }
 
 bool ChunkLoader::addTransition(ChunkIndex index, const Chunk& chunk, std::span<std::byte> data)
 {
-    const std::shared_ptr<const Chunk> parent = parentOf(index);
-    const auto nodes = parent ? transitionNodes(chunk, *parent) : TransitionNodes();
+    const std::shared_ptr<const Chunk> above = parent(_tree[index].parent);
+    const auto nodes = above ? transitionNodes(chunk, *above) : TransitionNodes();
     if (!nodes || nodes->bytes() != data.size())
         return false;
     const std::size_t parents = nodes->parents.size() * sizeof(std::uint32_t);

@@ -7,6 +7,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <span>
 #include <vector>
@@ -26,9 +27,12 @@ class ChunkLoader {
 public:
     struct Loaded {
         ChunkIndex index = 0;
-        /// Or why the chunk can't be used.
-        core::Result<std::shared_ptr<const std::vector<std::byte>>> data;
+        std::shared_ptr<const std::vector<std::byte>> data; ///< null if there is nothing to show
         bool hasTransition = false; ///< its parent could be read, and contains it
+        /// Why the chunk can't be used. Then the data is that of a stand-in (standInFor), made from
+        /// the nearest chunk above it that can be read, if there is one.
+        std::optional<core::Error> error;
+        ChunkEntry standIn; ///< what it is, as a chunk of its own
     };
 
     /// @param tree         outlives the loader
@@ -61,8 +65,11 @@ private:
     void work();
     [[nodiscard]] bool hasRoom() const;
     [[nodiscard]] Loaded load(ChunkIndex index);
-    /// Null if it can't be read. Siblings come together: the last few stay.
-    std::shared_ptr<const Chunk> parentOf(ChunkIndex index);
+    /// As the directory says, or it is an error.
+    [[nodiscard]] core::Result<Chunk> read(ChunkIndex index) const;
+    /// A chunk above others. Null if it can't be read. Siblings come together: the last few stay.
+    std::shared_ptr<const Chunk> parent(ChunkIndex index);
+    void standIn(Loaded& loaded);
     bool addTransition(ChunkIndex index, const Chunk& chunk, std::span<std::byte> data);
 
     std::shared_ptr<const ChunkStore> _store;

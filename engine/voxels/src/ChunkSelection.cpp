@@ -1,6 +1,7 @@
 #include "ChunkSelection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <tuple>
 
@@ -38,6 +39,18 @@ void ChunkSelection::begin(const ChunkView& view, const ChunkTurn& turn)
     ++_tick;
 }
 
+bool ChunkSelection::isForced(ChunkIndex index) const
+{
+    const auto found = _damaged.find(index);
+    return found != _damaged.end() && !found->second.standIn;
+}
+
+const core::Box& ChunkSelection::boxOf(ChunkIndex index) const
+{
+    const auto found = _damaged.find(index);
+    return found == _damaged.end() ? _tree[index].box : found->second.box;
+}
+
 double ChunkSelection::pixelsOf(ChunkIndex index, double distance) const
 {
     return _tree.voxelEdge(_tree[index].entry.key.level) * _view.pixelsPerUnit / distance;
@@ -45,17 +58,14 @@ double ChunkSelection::pixelsOf(ChunkIndex index, double distance) const
 
 bool ChunkSelection::needsRefinement(ChunkIndex index, double pixels, double coarsening) const
 {
-    const Node& node = _nodes[index];
-    if (_tree[index].isLeaf)
-        return false;
-    return node.isForced || (!node.isBlocked && pixels > _settings.voxelPixels * coarsening);
+    return !_tree[index].isLeaf && (isForced(index) || pixels > _settings.voxelPixels * coarsening);
 }
 
 bool ChunkSelection::isClosed(ChunkIndex index) const
 {
     // one that was out of view in between may show anything
     const Node& node = _nodes[index];
-    return node.isClosed && node.visited + 1 >= _tick && !node.isForced && !_isSecondPass;
+    return node.isClosed && node.visited + 1 >= _tick && !isForced(index) && !_isSecondPass;
 }
 
 void ChunkSelection::wanted(double coarsening, std::vector<Wanted>& chunks) const
@@ -64,17 +74,17 @@ void ChunkSelection::wanted(double coarsening, std::vector<Wanted>& chunks) cons
     if (_tree.size() == 0)
         return;
     // the root, even if it is out of view: everything starts from it
-    chunks.push_back({0, _view.distanceTo(_tree[0].box)});
-    for (std::size_t at = _view.mayShow(_tree[0].box) ? 0 : 1; at < chunks.size(); ++at) {
+    chunks.push_back({0, distanceTo(0)});
+    for (std::size_t at = mayShow(0) ? 0 : 1; at < chunks.size(); ++at) {
         const Wanted chunk = chunks[at];
         const double pixels = pixelsOf(chunk.index, chunk.distance);
         if (!needsRefinement(chunk.index, pixels, coarsening) || isClosed(chunk.index))
             continue;
         for (const ChunkIndex child : _tree[chunk.index].children)
-            if (child != kNoChunk && _view.mayShow(_tree[child].box))
-                chunks.push_back({child, _view.distanceTo(_tree[child].box)});
+            if (child != kNoChunk && mayShow(child))
+                chunks.push_back({child, distanceTo(child)});
     }
-    std::erase_if(chunks, [&](const Wanted& chunk) { return _nodes[chunk.index].isDamaged; });
+    std::erase_if(chunks, [&](const Wanted& chunk) { return isForced(chunk.index); });
     std::ranges::sort(chunks, [&](const Wanted& a, const Wanted& b) {
         const std::uint32_t levelA = _tree[a.index].entry.key.level;
         const std::uint32_t levelB = _tree[b.index].entry.key.level;
@@ -89,7 +99,7 @@ void ChunkSelection::kept(std::vector<ChunkIndex>& chunks) const
         return;
     const Pictures pictures = _turn.begins ? kPresent : kBoth;
     std::ranges::copy_if(_visited, std::back_inserter(chunks), [&](ChunkIndex index) {
-        return (_nodes[index].reached & pictures) != 0 && _view.mayShow(_tree[index].box);
+        return (_nodes[index].reached & pictures) != 0 && mayShow(index);
     });
 }
 
@@ -126,12 +136,20 @@ void ChunkSelection::draw(
     draw.voxels = chunk.entry.voxels;
     draw.distance = distance;
     draw.voxelPixels = pixels;
+    if (const auto damaged = _damaged.find(index);
+        damaged != _damaged.end() && damaged->second.standIn) {
+        draw.standIn = &*damaged->second.standIn;
+        draw.key = draw.standIn->key;
+        draw.voxels = draw.standIn->voxels;
+        draw.voxelPixels =
+            std::ldexp(pixels, static_cast<int>(draw.key.level - chunk.entry.key.level));
+    }
     const double bound = _settings.voxelPixels * _coarsening;
     draw.weight = static_cast<float>(std::clamp(2 * pixels / bound - 1, 0.0, 1.0));
     draw.occlusionOnly = isTest;
     draw.inFormer = (pictures & kFormer) != 0;
     draw.inPresent = (pictures & kPresent) != 0;
-    draw.needsSource = !isTest && chunk.isLeaf && pixels > _settings.sourcePixels;
+    draw.needsSource = !isTest && chunk.isLeaf && draw.voxelPixels > _settings.sourcePixels;
     draws.push_back(draw);
 }
 
@@ -141,14 +159,14 @@ ChunkSelection::childrenInView(ChunkIndex index, const IsThere& isThere) const
     Children children;
     std::size_t inView = 0;
     for (const ChunkIndex child : _tree[index].children) {
-        if (child == kNoChunk || !_view.mayShow(_tree[child].box))
+        if (child == kNoChunk || !mayShow(child))
             continue;
         ++inView;
-        if (isThere(child) || _nodes[child].isForced)
+        if (isThere(child) || isForced(child))
             children.ready[children.count++] = child;
     }
     children.areAll = children.count == inView;
-    children.mayStandIn = children.areAll || _nodes[index].isForced ||
+    children.mayStandIn = children.areAll || isForced(index) ||
                           (_settings.policy == StreamingPolicy::partial && children.count > 0);
     return children;
 }
@@ -173,14 +191,13 @@ ChunkSelection::decided(Pictures before, Pictures best, bool isPossible) const
 ChunkSelection::Tick ChunkSelection::visit(
     ChunkIndex index, Pictures pictures, const IsThere& isThere, std::vector<ChunkDraw>& draws)
 {
-    const ChunkTree::Node& chunk = _tree[index];
     Node& node = _nodes[index];
     // Of what wasn't present, nothing is left when a transition begins.
-    const bool isKnown = node.visited + 1 == _tick && node.isDecided && !node.isForced &&
+    const bool isKnown = node.visited + 1 == _tick && node.isDecided && !isForced(index) &&
                          (!_turn.begins || (node.reached & kPresent) != 0);
     enter(index);
     node.reached = pictures;
-    const double distance = _view.distanceTo(chunk.box);
+    const double distance = distanceTo(index);
     const double pixels = pixelsOf(index, distance);
     const bool refines = needsRefinement(index, pixels, _coarsening);
     node.isDecided = !(refines && isClosed(index));
@@ -203,7 +220,7 @@ ChunkSelection::Tick ChunkSelection::visit(
     if (below == kBoth && children.areAll)
         node.open = _tick;
     // one that is damaged, and has nothing below it, isn't drawn at all
-    if (below != pictures && !node.isForced)
+    if (below != pictures && !isForced(index))
         draw(index, distance, pixels, false, pictures & ~below, draws);
     return node.seen;
 }
@@ -215,7 +232,7 @@ std::size_t ChunkSelection::draws(
     _visited.clear();
     _isChanging = false;
     _coarsening = coarsening;
-    if (_tree.size() > 0 && _view.mayShow(_tree[0].box) && (isThere(0) || _nodes[0].isForced))
+    if (_tree.size() > 0 && mayShow(0) && (isThere(0) || isForced(0)))
         visit(0, kBoth, isThere, draws);
     sortFrontToBack(draws);
     const auto opaque =
@@ -303,7 +320,7 @@ void ChunkSelection::closeHidden(const Record& record)
         if (parent == kNoChunk)
             continue;
         Node& node = _nodes[parent];
-        if (node.isClosed || node.open != last || node.isForced ||
+        if (node.isClosed || node.open != last || isForced(parent) ||
             node.seen + std::max(1U, _settings.hiddenFrames) > record.tick ||
             node.keptOpenView == _viewVersion || node.keptOpen > _tick)
             continue;
@@ -311,7 +328,7 @@ void ChunkSelection::closeHidden(const Record& record)
             if (child == kNoChunk)
                 return true;
             if (_nodes[child].visited != last) // what comes into view may be visible
-                return !_view.mayShow(_tree[child].box);
+                return !mayShow(child);
             const Node& other = _nodes[child];
             return other.drawn == last && other.since <= record.tick;
         });
@@ -320,20 +337,17 @@ void ChunkSelection::closeHidden(const Record& record)
     }
 }
 
-void ChunkSelection::markDamaged(ChunkIndex index)
+void ChunkSelection::markDamaged(ChunkIndex index, const ChunkEntry* standIn)
 {
-    Node& node = _nodes[index];
-    node.isDamaged = true;
-    const ChunkIndex parent = _tree[index].parent;
-    if (parent != kNoChunk && !_nodes[parent].isForced) {
-        _nodes[parent].isBlocked = true;
+    Damaged& damaged = _damaged[index];
+    damaged.box = _tree[index].box;
+    damaged.standIn.reset();
+    if (standIn == nullptr)
         return;
-    }
-    node.isForced = true;
-    // children that were found damaged before have nothing above them now either
-    for (const ChunkIndex child : _tree[index].children)
-        if (child != kNoChunk && _nodes[child].isDamaged)
-            markDamaged(child);
+    damaged.standIn = *standIn;
+    const core::Box box = _tree.boxOf(*standIn);
+    damaged.box.include(box.low);
+    damaged.box.include(box.high);
 }
 
 } // namespace isofront::voxels

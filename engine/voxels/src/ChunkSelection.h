@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -74,12 +76,14 @@ public:
         const IsThere& isThere,
         std::vector<ChunkDraw>& draws);
 
-    /// From now on a chunk's parent stands in for it and its siblings.
-    void markDamaged(ChunkIndex index);
-    /// Whether nothing can be drawn for a chunk or anything above it, so that its children have to
-    /// do without: only if the root is damaged.
-    [[nodiscard]] bool isForced(ChunkIndex index) const { return _nodes[index].isForced; }
-    [[nodiscard]] bool isDamaged(ChunkIndex index) const { return _nodes[index].isDamaged; }
+    /// From now on a part of a coarser chunk, `standIn`, is what is there of a chunk that can't be
+    /// read; null if there is none, as for the root, so that its children have to do without it.
+    void markDamaged(ChunkIndex index, const ChunkEntry* standIn);
+    /// From now on the chunk is itself again.
+    void markSound(ChunkIndex index) { _damaged.erase(index); }
+    [[nodiscard]] bool isDamaged(ChunkIndex index) const { return _damaged.contains(index); }
+    /// Whether there isn't anything to draw for a chunk.
+    [[nodiscard]] bool isForced(ChunkIndex index) const;
 
 private:
     /// Counts the frames from 2 on; 0 is never, and not the frame before the first either.
@@ -103,9 +107,10 @@ private:
         bool isDecided = false; ///< if that has been decided
         bool isClosed = false;
         bool wasTested = false; ///< when it was last drawn as a whole, it was only tested
-        bool isDamaged = false;
-        bool isForced = false;
-        bool isBlocked = false; ///< a child is damaged
+    };
+    struct Damaged {
+        std::optional<ChunkEntry> standIn;
+        core::Box box; ///< of the chunk, of all below it, and of the stand-in [world]
     };
     /// What was drawn in a frame whose visibility isn't known yet.
     struct Record {
@@ -116,6 +121,13 @@ private:
         std::size_t lastTested = 0;  ///< past them; what follows is of the second pass
     };
 
+    /// Of what is drawn for it [world].
+    [[nodiscard]] const core::Box& boxOf(ChunkIndex index) const;
+    [[nodiscard]] bool mayShow(ChunkIndex index) const { return _view.mayShow(boxOf(index)); }
+    [[nodiscard]] double distanceTo(ChunkIndex index) const
+    {
+        return _view.distanceTo(boxOf(index));
+    }
     [[nodiscard]] double pixelsOf(ChunkIndex index, double distance) const;
     [[nodiscard]] bool needsRefinement(ChunkIndex index, double pixels, double coarsening) const;
     [[nodiscard]] bool isClosed(ChunkIndex index) const;
@@ -144,6 +156,7 @@ private:
     const ChunkTree& _tree;
     StreamingSettings _settings;
     std::vector<Node> _nodes;
+    std::map<ChunkIndex, Damaged> _damaged;
     ChunkView _view;
     std::uint64_t _viewVersion = 0; ///< counts the changes of the view, from 1 on
     Tick _tick = 1;

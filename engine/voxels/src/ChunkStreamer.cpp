@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -112,13 +113,17 @@ private:
     void takeLoaded()
     {
         for (ChunkLoader::Loaded& loaded : _loader.take()) {
-            if (loaded.data) {
-                _ready[loaded.index] = *loaded.data;
-                _hasTransition[loaded.index] = loaded.hasTransition;
+            const ChunkIndex index = loaded.index;
+            if (loaded.data)
+                _ready[index] = loaded.data;
+            _hasTransition[index] = loaded.hasTransition;
+            if (!loaded.error) {
+                _selection.markSound(index);
                 continue;
             }
-            _frame.damaged.push_back(loaded.data.error());
-            _selection.markDamaged(loaded.index);
+            if (_named.insert(index).second)
+                _frame.damaged.push_back(*loaded.error);
+            _selection.markDamaged(index, loaded.data ? &loaded.standIn : nullptr);
         }
     }
 
@@ -276,7 +281,7 @@ private:
             _cache.use(draw.index);
             const ChunkIndex parent = _tree[draw.index].parent;
             draw.fades = draw.weight < 1 && !draw.occlusionOnly && _hasTransition[draw.index] &&
-                         parent != kNoChunk && _isResident[parent];
+                         parent != kNoChunk && _isResident[parent] && !_selection.isDamaged(parent);
             if (!draw.fades)
                 continue;
             draw.transitionOffset =
@@ -344,6 +349,7 @@ private:
     int _returns = 0; ///< how often it rose in this view
     bool _isResting = false;
     std::map<ChunkIndex, Data> _ready;
+    std::set<ChunkIndex> _named;     ///< that can't be read, and were reported
     std::vector<Data> _sent;         ///< this frame's
     ChunkIndex _partial = kNoChunk;  ///< has a place, but not all of its bytes
     std::uint64_t _partialBytes = 0; ///< that it has

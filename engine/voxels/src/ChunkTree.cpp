@@ -16,18 +16,6 @@ bool comesFirst(const ChunkKey& a, const ChunkKey& b)
     return std::tie(b.level, a.z, a.y, a.x) < std::tie(a.level, b.z, b.y, b.x);
 }
 
-core::Box boxOf(const ChunkEntry& entry, const VoxelLattice& lattice, double edge)
-{
-    const std::array<std::uint32_t, 3> place{entry.key.x, entry.key.y, entry.key.z};
-    core::Box box;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double first = static_cast<double>(place[axis]) * kChunkEdge;
-        box.low[axis] = lattice.origin[axis] + edge * (first + entry.low[axis]);
-        box.high[axis] = lattice.origin[axis] + edge * (first + entry.high[axis] + 1);
-    }
-    return box;
-}
-
 } // namespace
 
 core::Result<ChunkTree>
@@ -60,7 +48,7 @@ ChunkTree::create(const VoxelLattice& lattice, std::span<const ChunkEntry> direc
                 return fail(key, "has no extent");
         Node node;
         node.entry = entry;
-        node.box = boxOf(entry, lattice, tree.voxelEdge(key.level));
+        node.box = tree.boxOf(entry);
         tree._nodes.push_back(node);
     }
     std::ranges::sort(tree._nodes, [](const Node& a, const Node& b) {
@@ -89,6 +77,19 @@ ChunkTree::create(const VoxelLattice& lattice, std::span<const ChunkEntry> direc
         around.include(node.box.high);
     }
     return tree;
+}
+
+core::Box ChunkTree::boxOf(const ChunkEntry& entry) const
+{
+    const std::array<std::uint32_t, 3> place{entry.key.x, entry.key.y, entry.key.z};
+    const double edge = voxelEdge(entry.key.level);
+    core::Box box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double first = static_cast<double>(place[axis]) * kChunkEdge;
+        box.low[axis] = _lattice.origin[axis] + edge * (first + entry.low[axis]);
+        box.high[axis] = _lattice.origin[axis] + edge * (first + entry.high[axis] + 1);
+    }
+    return box;
 }
 
 ChunkIndex ChunkTree::find(const ChunkKey& key) const

@@ -221,6 +221,7 @@ public:
     }
 
     [[nodiscard]] const StoredModel& model() const override { return _model; }
+    [[nodiscard]] std::string place() const override { return _path.string(); }
 
     [[nodiscard]] std::vector<ChunkKey> keys() const override
     {

@@ -6,6 +6,7 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace isofront::voxels {
@@ -27,6 +28,9 @@ struct ChunkKey {
 
     friend constexpr auto operator<=>(const ChunkKey&, const ChunkKey&) = default;
 };
+
+/// A key in words, for messages: "chunk 3, 0, 7 of level 2".
+std::string nameOf(const ChunkKey& key);
 
 /// How the surface looks from one side of a voxel.
 struct FaceAttributes {

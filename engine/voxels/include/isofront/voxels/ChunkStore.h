@@ -39,6 +39,8 @@ public:
     virtual std::optional<core::Error> finish(const StoredModel& model) = 0;
 
     [[nodiscard]] virtual const StoredModel& model() const = 0;
+    /// For messages: the file or folder that it lies in; without one, the model's name.
+    [[nodiscard]] virtual std::string place() const { return model().name; }
     /// The names of all chunks, by level, then by z, y and x.
     [[nodiscard]] virtual std::vector<ChunkKey> keys() const = 0;
     /// What there is to know of all chunks, in any order. Stores keep it apart, and fail with

@@ -66,9 +66,13 @@ struct ChunkTurn {
 
 /// One chunk to be drawn.
 struct ChunkDraw {
-    ChunkKey key;
+    ChunkKey key;             ///< whose voxels these are
     ChunkIndex index = 0;     ///< in the tree
     std::uint32_t voxels = 0; ///< how many
+    /// Null, but for a chunk that can't be read. Then what is drawn in its place is a part of a
+    /// coarser chunk, `key`, with fewer voxels than that has: this says what lies there. Valid
+    /// until the next update.
+    const ChunkEntry* standIn = nullptr;
     std::uint64_t offset = 0; ///< where it lies in the cache [bytes]
     double distance = 0;      ///< from the eye to the nearest point of its box [world]
     double voxelPixels = 0;   ///< what an edge of its nearest voxel covers there [px]
@@ -121,8 +125,8 @@ struct ChunkFrame {
 
     /// Chunks that have left the cache since the last frame.
     std::vector<ChunkIndex> evictions;
-    /// Chunks that can't be read, found since the last frame: each is named. Their parents stay in
-    /// their place for good.
+    /// Chunks that can't be read, found since the last frame: each is named once. From now on the
+    /// nearest chunk above that can be read is shown in their place, and nowhere else.
     std::vector<core::Error> damaged;
 
     std::uint64_t uploadBytes = 0;   ///< of this frame's uploads

@@ -45,6 +45,8 @@ public:
     [[nodiscard]] const Node& operator[](ChunkIndex index) const { return _nodes[index]; }
     /// kNoChunk if there is none of that name. Cost: logarithmic.
     [[nodiscard]] ChunkIndex find(const ChunkKey& key) const;
+    /// Of a chunk's voxels, whether it is in the tree or not [world].
+    [[nodiscard]] core::Box boxOf(const ChunkEntry& entry) const;
     /// The edge of a voxel of a level [world].
     [[nodiscard]] double voxelEdge(std::uint32_t level) const;
 
