@@ -2,7 +2,10 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -68,7 +71,7 @@ void* isofrontEmbreeScene(
     return made.release();
 }
 
-void isofrontEmbreeCast(void* scene, std::vector<EmbreeRay>& rays)
+void isofrontEmbreeCast(void* scene, std::span<EmbreeRay> rays)
 {
     RTCScene target = static_cast<Scene*>(scene)->scene;
     for (EmbreeRay& ray : rays) {
@@ -86,6 +89,37 @@ void isofrontEmbreeCast(void* scene, std::vector<EmbreeRay>& rays)
         hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(target, &context, &hit);
         ray.distance = hit.hit.geomID == RTC_INVALID_GEOMETRY_ID ? -1.0F : hit.ray.tfar;
+    }
+}
+
+void isofrontEmbreeCastPackets(void* scene, std::span<EmbreeRay> rays)
+{
+    RTCScene target = static_cast<Scene*>(scene)->scene;
+    constexpr std::size_t kPacket = 16;
+    for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+        const std::size_t count = std::min(kPacket, rays.size() - first);
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        alignas(64) RTCRayHit16 hits{};
+        alignas(64) std::array<int, kPacket> valid{};
+        for (std::size_t i = 0; i < count; ++i) {
+            const EmbreeRay& ray = rays[first + i];
+            valid[i] = -1;
+            hits.ray.org_x[i] = ray.start[0];
+            hits.ray.org_y[i] = ray.start[1];
+            hits.ray.org_z[i] = ray.start[2];
+            hits.ray.dir_x[i] = ray.direction[0];
+            hits.ray.dir_y[i] = ray.direction[1];
+            hits.ray.dir_z[i] = ray.direction[2];
+            hits.ray.tfar[i] = std::numeric_limits<float>::infinity();
+            hits.ray.mask[i] = ~0U;
+            hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect16(valid.data(), target, &context, &hits);
+        for (std::size_t i = 0; i < count; ++i)
+            rays[first + i].distance =
+                hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? -1.0F : hits.ray.tfar[i];
     }
 }
 

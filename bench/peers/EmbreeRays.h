@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace isofront::bench::peers {
@@ -21,7 +22,9 @@ struct EmbreeRay {
 using EmbreeScene =
     void* (*)(const std::vector<float>& positions, const std::vector<std::array<std::uint32_t, 3>>& triangles);
 /// `isofrontEmbreeCast`: casts rays one by one on the calling thread.
-using EmbreeCast = void (*)(void* scene, std::vector<EmbreeRay>& rays);
+/// `isofrontEmbreeCastPackets`: the same, sixteen at a time, told that they have much in common.
+/// Thread: any number at once.
+using EmbreeCast = void (*)(void* scene, std::span<EmbreeRay> rays);
 /// `isofrontEmbreeMemory`: that the scene takes beside positions and triangles [bytes].
 using EmbreeMemory = std::int64_t (*)(void* scene);
 /// `isofrontEmbreeClose`.

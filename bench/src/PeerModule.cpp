@@ -65,6 +65,7 @@ const EmbreeModule& embreeModule()
             return found;
         found.scene = functionOf<peers::EmbreeScene>(library, "isofrontEmbreeScene");
         found.cast = functionOf<peers::EmbreeCast>(library, "isofrontEmbreeCast");
+        found.castPackets = functionOf<peers::EmbreeCast>(library, "isofrontEmbreeCastPackets");
         found.memory = functionOf<peers::EmbreeMemory>(library, "isofrontEmbreeMemory");
         found.close = functionOf<peers::EmbreeClose>(library, "isofrontEmbreeClose");
         return found;

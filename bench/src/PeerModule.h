@@ -24,6 +24,7 @@ struct VolumeToMeshModule {
 struct EmbreeModule {
     peers::EmbreeScene scene = nullptr;
     peers::EmbreeCast cast = nullptr;
+    peers::EmbreeCast castPackets = nullptr;
     peers::EmbreeMemory memory = nullptr;
     peers::EmbreeClose close = nullptr;
 };

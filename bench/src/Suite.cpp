@@ -37,8 +37,11 @@ const std::vector<Suite>& suites()
         {"voxels", "How fast do meshes become surface voxels, and what do they take?", runVoxels},
         {"isovalue", "How soon is another isovalue there?", runIsovalue},
         {"voxel-rays", "How fast do rays find voxels, against triangles?", runVoxelRays},
+        {"levels", "At which distance do levels of detail change?", runLevels},
 #ifdef ISOFRONT_WITH_VULKAN
         {"frames", "What do frames of a flight past voxels cost, in time and memory?", runFrames},
+        {"picture", "How long does a picture take, by voxels and by rays?", runPicture},
+        {"transitions", "How smoothly does one level of detail become another?", runTransitions},
 #endif
     };
     return all;

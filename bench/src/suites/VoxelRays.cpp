@@ -1,7 +1,7 @@
 // How fast rays find voxels, and what that takes, beside Embree's rays and the triangles that the
 // voxels were made of.
 
-#include "../PeerModule.h"
+#include "../EmbreeModel.h"
 #include "Models.h"
 #include "Suites.h"
 #include "isofront/bench/Timing.h"
@@ -70,50 +70,6 @@ std::vector<Ray> scatteredRays(const core::Box& box, std::size_t count)
     }
     return rays;
 }
-
-/// Embree's scene of a model, while it is measured.
-class EmbreeModel {
-public:
-    /// Coordinates are taken from the box's low corner, for the sake of floats.
-    EmbreeModel(const TriangleModel& model, const glm::dvec3& origin) : _origin(origin)
-    {
-        if (_module.scene == nullptr)
-            return;
-        std::vector<float> positions;
-        for (const glm::dvec3& p : model.positions)
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                positions.push_back(static_cast<float>(p[axis] - origin[axis]));
-        _scene = _module.scene(positions, model.triangles);
-    }
-    EmbreeModel(const EmbreeModel&) = delete;
-    EmbreeModel& operator=(const EmbreeModel&) = delete;
-    ~EmbreeModel()
-    {
-        if (_scene != nullptr)
-            _module.close(_scene);
-    }
-
-    [[nodiscard]] bool isThere() const { return _scene != nullptr; }
-    [[nodiscard]] std::int64_t bytes() const { return _module.memory(_scene); }
-    [[nodiscard]] std::vector<peers::EmbreeRay> raysOf(const std::vector<Ray>& rays) const
-    {
-        std::vector<peers::EmbreeRay> result;
-        for (const Ray& ray : rays) {
-            peers::EmbreeRay& r = result.emplace_back();
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                r.start[axis] = static_cast<float>(ray.start[axis] - _origin[axis]);
-                r.direction[axis] = static_cast<float>(ray.direction[axis]);
-            }
-        }
-        return result;
-    }
-    void cast(std::vector<peers::EmbreeRay>& rays) const { _module.cast(_scene, rays); }
-
-private:
-    const EmbreeModule& _module = embreeModule();
-    glm::dvec3 _origin;
-    void* _scene = nullptr;
-};
 
 Table rayTable()
 {
@@ -240,7 +196,8 @@ SuiteResult runVoxelRays(const Context& context)
                 break;
             context.say(subject.name + ", Embree, " + kind);
             std::vector<peers::EmbreeRay>& cast = triangleHits.emplace_back(embree->raysOf(rays));
-            const Timing timing = timed([&] { embree->cast(cast); }, 7, kSeconds);
+            const Timing timing =
+                timed([&] { embree->cast(cast, EmbreeModel::Way::single); }, 7, kSeconds);
             const auto hits = static_cast<std::size_t>(
                 std::ranges::count_if(cast, [](const auto& ray) { return ray.distance >= 0; }));
             const auto bytes = static_cast<double>(embree->bytes());
