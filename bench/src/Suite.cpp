@@ -42,6 +42,7 @@ const std::vector<Suite>& suites()
         {"frames", "What do frames of a flight past voxels cost, in time and memory?", runFrames},
         {"picture", "How long does a picture take, by voxels and by rays?", runPicture},
         {"transitions", "How smoothly does one level of detail become another?", runTransitions},
+        {"hand-over", "What is seen when voxels take the place of meshes?", runHandOver},
 #endif
     };
     return all;

@@ -184,7 +184,7 @@ Table levelTable()
           "node by whose pixels the level is decided: it gets coarser below 1 px, or 2 px of the "
           "nearest"},
          {"direction", "", "away or back"},
-         {"distance", "sizes", "of the eye from the middle of the object, in its sizes"},
+         {"distance", "sizes", "from the eye to the middle of the object, in its sizes"},
          {"shown", "", "level, 0 the finest; between two of them, on the way"},
          {"fill", "px", "of the pattern node of the level decided on"},
          {"ratio", "", "fill of the nearest voxel over that of one in the middle"},
@@ -237,7 +237,7 @@ SuiteResult runLevels(const Context& context)
         return fail(made.error());
     const Object& object = *made;
     const int steps = context.pick(4, 6); // for each doubling of the distance
-    const double nearest = 0.7;            // [sizes]
+    const double nearest = 0.7;           // [sizes]
     const int doublings = context.pick(5, 7);
     constexpr int kFrames = 120; // at each distance, so that the level comes to rest
 

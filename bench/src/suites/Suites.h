@@ -11,6 +11,7 @@ SuiteResult runBounds(const Context& context);
 SuiteResult runExtract(const Context& context);
 SuiteResult runFrames(const Context& context);
 SuiteResult runGrowth(const Context& context);
+SuiteResult runHandOver(const Context& context);
 SuiteResult runHilbert(const Context& context);
 SuiteResult runIsovalue(const Context& context);
 SuiteResult runKappa(const Context& context);

@@ -163,11 +163,11 @@ SuiteResult runTransitions(const Context& context)
     Table table{
         "transition",
         "A level changes into the next finer one",
-        {{"weight", "", "0 looks like the coarser level, 1 like the finer"},
+        {{"weight", "", "weight: 0 looks like the coarser level, 1 like the finer"},
          {"from_coarser", "grey", "mean difference of pixels from those of the coarser level"},
          {"from_finer", "grey", "the same from the finer one"},
          {"step", "grey", "the same from the weight before"},
-         {"covered", "px", "by the model"},
+         {"covered", "px", "that the model covers"},
          {"nodes", "M", "drawn: voxels and redundant nodes"}},
         {},
         {}};
