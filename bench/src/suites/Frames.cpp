@@ -14,9 +14,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -370,6 +372,69 @@ fly(const Context& context,
     return {};
 }
 
+/// The same picture with more and more samples a pixel: table 2 of Chajdas et al.
+core::Result<Table> smoothedPictures(const Context& context, const Exhibit& exhibit)
+{
+    Table table{
+        "antialiasing",
+        "A picture with more samples a pixel",
+        {{"samples", "", "of each pixel; or steps softened afterwards"},
+         {"time", "ms", "by the clock, the least of the runs"},
+         {"cpu", "ms", "processor time of it, all threads, the least of the runs"},
+         {"ratio", "", "of processor time, to one sample"},
+         {"gpu", "ms", "of its passes by the device's clock, the least of the runs"}},
+        {},
+        {}};
+    const PictureSize size = sizeFor(context);
+    double alone = 0;
+    const Camera camera = rotation(exhibit).at(0.1);
+    for (const auto& [name, samples, isSoftened] :
+         {std::tuple{"1", 1, false},
+          std::tuple{"1, softened", 1, true},
+          std::tuple{"4", 4, false},
+          std::tuple{"8", 8, false}}) {
+        if (context.isStopped())
+            break;
+        context.say(std::string("samples a pixel: ") + name);
+        auto studio = VoxelStudio::create(
+            exhibit.store,
+            {.width = size.width,
+             .height = size.height,
+             .up = exhibit.up,
+             .streaming = {.voxelPixels = exhibit.voxelPixels},
+             .antialias = isSoftened,
+             .samples = samples});
+        if (!studio && samples > 1 && studio.error().code == core::ErrorCode::noDevice) {
+            constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+            table.add({std::string(name) + ", not on this device", kNone, kNone, kNone, kNone});
+            continue;
+        }
+        if (!studio)
+            return tl::unexpected(studio.error());
+        const hierarchy::View view = (*studio)->view(camera.eye, camera.target, kFieldOfView);
+        auto least = (*studio)->settle(view);
+        for (int i = 0; least && i < context.pick(1, 9); ++i) {
+            const auto frame = (*studio)->next(view);
+            if (!frame)
+                return tl::unexpected(frame.error());
+            least->wall = std::min(least->wall, frame->wall);
+            least->cpu = std::min(least->cpu, frame->cpu);
+            least->gpu = std::min(least->gpu, frame->gpu);
+        }
+        if (!least)
+            return tl::unexpected(least.error());
+        if (alone == 0)
+            alone = least->cpu;
+        table.add(
+            {std::string(name),
+             1e3 * least->wall,
+             1e3 * least->cpu,
+             least->cpu / alone,
+             1e3 * least->gpu});
+    }
+    return table;
+}
+
 } // namespace
 
 SuiteResult runFrames(const Context& context)
@@ -402,7 +467,10 @@ SuiteResult runFrames(const Context& context)
             if (const auto flown = fly(context, flight, cap, frames, flights, result);
                 !flown || context.isStopped())
                 return flown ? result : fail(flown.error());
-    result.tables = {std::move(flights), std::move(frames)};
+    auto smoothed = smoothedPictures(context, *statueOrNot);
+    if (!smoothed)
+        return fail(smoothed.error());
+    result.tables = {std::move(flights), std::move(*smoothed), std::move(frames)};
     return result;
 }
 

@@ -33,6 +33,7 @@ VoxelStudio::create(std::shared_ptr<const voxels::ChunkStore> store, const Setti
          .height = settings.height,
          .poolBytes = 2ULL * kNoMeshes,
          .slabBytes = kNoMeshes,
+         .samples = settings.samples,
          .shadowMapSize = 16,
          .voxelPoolBytes = settings.poolBytes});
     if (!renderer)

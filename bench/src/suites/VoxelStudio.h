@@ -51,7 +51,8 @@ public:
         std::uint64_t poolBytes = 128ULL << 20U;
         std::uint64_t uploadBytes = 0; ///< for a frame; 0: any number
         render::VoxelWay way = render::VoxelWay::automatic;
-        bool antialias = false;
+        bool antialias = false; ///< softens stair steps afterwards
+        int samples = 1;        ///< of each pixel
     };
 
     /// @return noDevice without a device that draws voxels; what renderer and streamer say
