@@ -459,7 +459,7 @@ SuiteResult runFrames(const Context& context)
     const std::vector<Flight> all{
         *zoom,
         rotation(*statueOrNot),
-        descent(*cityOrNot, context.pick<std::uint64_t>(512U << 10U, 4U << 20U))};
+        descent(*cityOrNot, context.pick<std::uint64_t>(512U << 10U, 1U << 20U))};
     Table frames = frameTable(all);
     Table flights = flightTable();
     for (const Flight& flight : all)

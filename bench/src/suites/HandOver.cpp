@@ -319,7 +319,7 @@ SuiteResult runHandOver(const Context& context)
         if (!finer)
             return fail(finer.error());
         compare("mesh", 0.25, *finer);
-        for (const double size : {0.5, 1.0, 1.5, 2.0}) {
+        for (const double size : context.pick<std::vector<double>>({0.5, 2}, {0.5, 1, 1.5, 2})) {
             if (context.isStopped())
                 return result;
             context.say(subject.name + ", voxels of " + textOf(size) + " px");
@@ -327,18 +327,18 @@ SuiteResult runHandOver(const Context& context)
             if (!voxels)
                 return fail(voxels.error());
             const Disagreement apart = compare("voxels", size, *voxels);
-            if (size <= 1) {
-                result.check(
-                    subject.name + ": outlines of voxels of " + textOf(size) +
-                        " px lie within a pixel of the mesh's, the mean",
-                    apart.silhouette < 1,
-                    textOf(apart.silhouette) + " px");
-                result.check(
-                    subject.name + ": voxels of " + textOf(size) +
-                        " px lie within a pixel of the mesh along rays, the median",
-                    apart.depth < 1,
-                    textOf(apart.depth) + " px");
-            }
+            // a cube sticks out by less than its edge, on the mean; and pixels have a grain
+            const double allowed = 1.1 * size + 0.25;
+            result.check(
+                subject.name + ": outlines of voxels of " + textOf(size) +
+                    " px lie not much more than a voxel off, the mean",
+                apart.silhouette < allowed,
+                textOf(apart.silhouette) + " px");
+            result.check(
+                subject.name + ": voxels of " + textOf(size) +
+                    " px lie not much more than a voxel off along rays, the median",
+                apart.depth < allowed,
+                textOf(apart.depth) + " px");
         }
     }
     result.tables.push_back(std::move(table));
