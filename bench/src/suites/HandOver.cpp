@@ -26,6 +26,9 @@ namespace isofront::bench {
 
 namespace {
 
+/// Error of the mesh that shows how far meshes are off among themselves [px].
+constexpr double kFiner = 0.5;
+
 /// What a picture shows, and where.
 struct Shot {
     int width = 0;
@@ -215,7 +218,9 @@ private:
     core::Result<std::unique_ptr<render::Renderer>> newRenderer()
     {
         return render::Renderer::create(
-            *_device, _subject->domain, {.width = _view.width, .height = _view.height});
+            *_device,
+            _subject->domain,
+            {.width = _view.width, .height = _view.height, .poolBytes = 512U << 20U});
     }
     core::Result<Shot> shoot(render::Renderer& renderer, const render::VoxelScene& voxels)
     {
@@ -315,10 +320,10 @@ SuiteResult runHandOver(const Context& context)
                  apart.colour});
             return apart;
         };
-        const auto finer = photographer->mesh(0.25);
+        const auto finer = photographer->mesh(kFiner);
         if (!finer)
             return fail(finer.error());
-        compare("mesh", 0.25, *finer);
+        compare("mesh", kFiner, *finer);
         for (const double size : context.pick<std::vector<double>>({0.5, 2}, {0.5, 1, 1.5, 2})) {
             if (context.isStopped())
                 return result;
