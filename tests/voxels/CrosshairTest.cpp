@@ -1,7 +1,6 @@
 #include "Crosshair.h"
 
-#include "Models.h"
-#include "TriangleSlices.h"
+#include "TriangleParts.h"
 #include "support/Random.h"
 
 #include <gtest/gtest.h>
@@ -111,44 +110,21 @@ TEST(Crosshair, isWhereTheLineMeetsTheTriangle)
     }
 }
 
-TEST(Slices, addUpToTheTriangleAndTouchEveryCrosshair)
+TEST(Crosshair, isTouchedByTheTriangle)
 {
     auto random = tests::random(3);
+    std::vector<TrianglePart> scratch;
     for (int trial = 0; trial < tests::trials(500); ++trial) {
         const LatticeTriangle triangle{
             anyPoint(random, 8), anyPoint(random, 8), anyPoint(random, 8)};
-        std::array<glm::dvec3, 3> corners{};
-        for (std::size_t k = 0; k < 3; ++k)
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                corners[k][axis] =
-                    static_cast<double>(triangle[k][axis]) / static_cast<double>(kSteps);
-        const glm::dvec3 area = 0.5 * glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
-        const double size = glm::length(area);
-        const glm::dvec3 normal = size > 0 ? area / size : glm::dvec3(0);
-        double sum = 0;
         std::set<Cube> touched;
-        forEachPiece(corners, kAll, [&](auto x, auto y, auto z, const Piece& piece) {
-            EXPECT_TRUE(touched.insert(Cube{x, y, z}).second);
-            ASSERT_GT(piece.count, 0U);
-            for (std::size_t i = 0; i < piece.count; ++i) {
-                const glm::dvec3 low(
-                    static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    EXPECT_GE(piece.corners[i][axis], low[axis] - 1e-6);
-                    EXPECT_LE(piece.corners[i][axis], low[axis] + 1 + 1e-6);
-                }
-            }
-            sum += piece.mass(normal).area;
-        });
-        EXPECT_NEAR(sum, size, 1e-9 * (1 + size)) << trial;
+        forEachTouched(
+            triangle, kAll, false, scratch, [&](auto x, auto y, auto z, const TrianglePart&) {
+                touched.insert({x, y, z});
+            });
         forEachCrosshair(triangle, kAll, [&](auto x, auto y, auto z, std::size_t) {
             EXPECT_TRUE(touched.contains({x, y, z})) << trial;
         });
-        for (const glm::dvec3& corner : corners)
-            EXPECT_TRUE(touched.contains(
-                {static_cast<std::int64_t>(std::floor(corner.x)),
-                 static_cast<std::int64_t>(std::floor(corner.y)),
-                 static_cast<std::int64_t>(std::floor(corner.z))}));
     }
 }
 

@@ -64,10 +64,9 @@ std::set<Cube> voxelsOfMesh(const std::shared_ptr<const fields::Field>& field)
     lattice.resolution = 32;
     std::uint64_t touched = 0;
     std::set<Cube> found;
-    for (const WeightedVoxel& voxel :
-         Rasteriser()
-             .run(onLattice(model, lattice), {0, 0, 0}, all, Separability::six, touched)
-             .voxels) {
+    VoxelList list;
+    Rasteriser().run(onLattice(model, lattice), {0, 0, 0}, all, Separability::six, list, touched);
+    for (const WeightedVoxel& voxel : list.voxels) {
         const Voxel place{voxel.place, 0};
         found.insert(
             {static_cast<int>(place.x()),

@@ -2,8 +2,9 @@
 
 #include "Crosshair.h"
 #include "LinearColour.h"
-#include "PlaceSort.h"
-#include "TriangleSlices.h"
+#include "TriangleParts.h"
+
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -13,19 +14,15 @@ namespace isofront::voxels {
 
 namespace {
 
-/// Marks a voxel that stays, in a bit of its place that the stored form doesn't use.
-constexpr std::uint32_t kKept = 1U << 31U;
 /// The weight of a triangle that only touches a cube: it decides nothing where there is any area.
 constexpr float kTrace = 1e-12F;
 
 /// How a triangle is coloured: by the colours of its corners and by its texture.
 class TrianglePaint {
 public:
-    /// @param u, v  from the first corner to the others [voxels]
-    TrianglePaint(
-        const LatticeModel& model, std::uint32_t index, const glm::dvec3& u, const glm::dvec3& v)
-        : _u(u), _v(v), _uu(glm::dot(u, u)), _uv(glm::dot(u, v)), _vv(glm::dot(v, v)),
-          _gram(_uu * _vv - _uv * _uv)
+    TrianglePaint(const LatticeModel& model, std::uint32_t index, const LatticeTriangle& triangle)
+        : _u(side(triangle, 1)), _v(side(triangle, 2)), _uu(glm::dot(_u, _u)),
+          _uv(glm::dot(_u, _v)), _vv(glm::dot(_v, _v)), _gram(_uu * _vv - _uv * _uv)
     {
         const TriangleModel& triangles = model.model;
         if (!model.colours.empty())
@@ -69,6 +66,16 @@ public:
     }
 
 private:
+    /// From the first corner to another [voxels].
+    static glm::dvec3 side(const LatticeTriangle& triangle, std::size_t to)
+    {
+        const auto along = [&](std::size_t axis) {
+            return static_cast<double>(triangle[to][axis] - triangle[0][axis]) /
+                   static_cast<double>(kSteps);
+        };
+        return {along(0), along(1), along(2)};
+    }
+
     glm::dvec3 _u;
     glm::dvec3 _v;
     double _uu;
@@ -135,40 +142,28 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
     const std::array<float, 3> direction{
         static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z)};
 
-    // from the chunk's corner on, so that numbers stay small
-    std::array<glm::dvec3, 3> corners{};
-    for (std::size_t corner = 0; corner < 3; ++corner)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            corners[corner][axis] =
-                static_cast<double>(triangle[corner][axis] - within.low[axis] * kSteps) /
-                static_cast<double>(kSteps);
     std::optional<TrianglePaint> paint;
     if (model.model.isColoured())
-        paint.emplace(model, index, corners[1] - corners[0], corners[2] - corners[0]);
-
-    constexpr auto kEdge = static_cast<std::int64_t>(kChunkEdge);
-    const VoxelRange own{{0, 0, 0}, {kEdge, kEdge, kEdge}};
-    forEachPiece(
-        corners, own, [&](std::int64_t x, std::int64_t y, std::int64_t z, const Piece& piece) {
-            const Piece::Mass mass = piece.mass(normal);
-            const auto weight = static_cast<float>(mass.area);
-            const float counted = std::max(weight, kTrace);
-            WeightedFace part;
-            part.area = weight;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                part.normal[axis] = counted * direction[axis];
-            if (paint) {
-                const std::array<float, 4> colour =
-                    paint->at(mass.centroid - corners[0], mass.area);
-                for (std::size_t i = 0; i < 4; ++i)
-                    part.colour[i] = counted * colour[i];
-            }
-            addPart(
-                {static_cast<std::uint32_t>(x),
-                 static_cast<std::uint32_t>(y),
-                 static_cast<std::uint32_t>(z)},
-                part);
-        });
+        paint.emplace(model, index, triangle);
+    const auto addTo = [&](auto x, auto y, auto z, const TrianglePart& share) {
+        const auto weight = static_cast<float>(share.area);
+        const float counted = std::max(weight, kTrace);
+        WeightedFace part;
+        part.area = weight;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            part.normal[axis] = counted * direction[axis];
+        if (paint) {
+            const std::array<float, 4> colour = paint->at(share.offset, share.area);
+            for (std::size_t i = 0; i < 4; ++i)
+                part.colour[i] = counted * colour[i];
+        }
+        addPart(
+            {static_cast<std::uint32_t>(x - within.low[0]),
+             static_cast<std::uint32_t>(y - within.low[1]),
+             static_cast<std::uint32_t>(z - within.low[2])},
+            part);
+    };
+    forEachTouched(triangle, within, paint.has_value(), _parts, addTo);
 }
 
 void Rasteriser::addPart(const std::array<std::uint32_t, 3>& place, const WeightedFace& part)
@@ -194,11 +189,10 @@ void Rasteriser::mark(const LatticeTriangle& triangle, const VoxelRange& within)
 {
     forEachCrosshair(
         triangle, within, [&](std::int64_t x, std::int64_t y, std::int64_t z, std::size_t) {
-            _grid
-                .at(static_cast<std::uint32_t>(x - within.low[0]),
-                    static_cast<std::uint32_t>(y - within.low[1]),
-                    static_cast<std::uint32_t>(z - within.low[2]))
-                .place |= kKept;
+            _grid.mark(
+                static_cast<std::uint32_t>(x - within.low[0]),
+                static_cast<std::uint32_t>(y - within.low[1]),
+                static_cast<std::uint32_t>(z - within.low[2]));
         });
 }
 
@@ -246,11 +240,12 @@ void Rasteriser::addFaces(
     _facesOf.clear();
 }
 
-VoxelList Rasteriser::run(
+void Rasteriser::run(
     const LatticeModel& model,
     const std::array<std::uint32_t, 3>& chunk,
     std::span<const std::uint32_t> triangles,
     Separability separability,
+    VoxelList& list,
     std::uint64_t& touched)
 {
     VoxelRange within;
@@ -261,24 +256,15 @@ VoxelList Rasteriser::run(
     _grid.clear();
     for (const std::uint32_t index : triangles) {
         add(model, index, within);
+        // a triangle touches all voxels whose crosshair it meets, so they are there
         mark(model.triangle(index), within);
     }
-
     touched += _grid.voxels().size();
-    const std::span<const WeightedVoxel> made = _grid.voxels();
-    _keys.clear();
-    for (std::size_t i = 0; i < made.size(); ++i)
-        if (separability != Separability::six || (made[i].place & kKept) != 0)
-            _keys.push_back(static_cast<std::uint64_t>(made[i].order()) << 32U | i);
-    sortByPlace(_keys, _sorted);
-    VoxelList list;
-    list.voxels.reserve(_keys.size());
-    for (const std::uint64_t key : _keys) {
-        list.voxels.push_back(made[key & 0xffffffffU]);
-        list.voxels.back().place &= ~kKept;
-    }
+    list.voxels.reserve(_grid.voxels().size());
+    _grid.forEachInOrder(separability == Separability::six, [&](const WeightedVoxel& voxel) {
+        list.voxels.push_back(voxel);
+    });
     addFaces(model, triangles, within, list);
-    return list;
 }
 
 } // namespace isofront::voxels

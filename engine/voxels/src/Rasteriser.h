@@ -2,6 +2,7 @@
 
 #include "LatticeTriangle.h"
 #include "MipMap.h"
+#include "TriangleKernel.h"
 #include "VoxelGrid.h"
 
 #include <isofront/voxels/TriangleModel.h>
@@ -30,14 +31,15 @@ class Rasteriser {
 public:
     /// @param chunk      its place among the chunks of level 0
     /// @param triangles  those whose box meets the chunk, in increasing order
+    /// @param list       gets the voxels, without face masks; those whose triangles are turned to
+    ///                   different sides with what can be seen from each side
     /// @param touched    how many cubes the triangles touch is added to it
-    /// @return the voxels, without face masks; those whose triangles are turned to different sides
-    ///         with what can be seen from each side
-    VoxelList
+    void
     run(const LatticeModel& model,
         const std::array<std::uint32_t, 3>& chunk,
         std::span<const std::uint32_t> triangles,
         Separability separability,
+        VoxelList& list,
         std::uint64_t& touched);
 
 private:
@@ -51,8 +53,7 @@ private:
         VoxelList& list);
 
     VoxelGrid _grid;
-    std::vector<std::uint64_t> _keys; ///< for sorting, as in PlaceSort.h
-    std::vector<std::uint64_t> _sorted;
+    std::vector<TrianglePart> _parts; ///< of a triangle
     /// While faces are added: those of the voxels that get them, by their order.
     std::unordered_map<std::uint32_t, WeightedFaces*> _facesOf;
 };

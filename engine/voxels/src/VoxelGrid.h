@@ -3,6 +3,7 @@
 #include "WeightedVoxel.h"
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,7 +20,7 @@ public:
     /// The voxel at a place in the chunk, new ones without weights. Valid until the next call.
     WeightedVoxel& at(std::uint32_t x, std::uint32_t y, std::uint32_t z)
     {
-        const std::uint32_t name = x / kEdge | (y / kEdge) << kBits | (z / kEdge) << 2 * kBits;
+        const std::uint32_t name = nameOf(x, y, z);
         std::uint32_t& block = _blockOf[name];
         if (block == kNone) {
             block = static_cast<std::uint32_t>(_blocks.size());
@@ -31,12 +32,50 @@ public:
         if (index == 0) {
             _voxels.push_back({packPlace(x, y, z, 0), {}, 0, {}});
             index = static_cast<std::uint32_t>(_voxels.size());
+            _blocks[block].held[z % kEdge] |= rowBit(x, y);
         }
         return _voxels[index - 1];
+    }
+    /// Marks a voxel that there is.
+    void mark(std::uint32_t x, std::uint32_t y, std::uint32_t z)
+    {
+        _blocks[_blockOf[nameOf(x, y, z)]].marked[z % kEdge] |= rowBit(x, y);
     }
 
     /// In the order in which they came.
     [[nodiscard]] std::span<const WeightedVoxel> voxels() const { return _voxels; }
+
+    /// Calls `body(voxel)` for each voxel, or each that is marked, along x, then y, then z.
+    template <typename Body>
+    void forEachInOrder(bool markedOnly, const Body& body) const
+    {
+        constexpr std::uint32_t kRow = 1U << kBits; // blocks
+        std::vector<const Block*> blocks;           // of a layer, row by row
+        std::array<std::size_t, kRow + 1> begin{};
+        for (std::uint32_t layer = 0; layer < kRow; ++layer) {
+            blocks.clear();
+            for (std::uint32_t row = 0; row < kRow; ++row) {
+                begin[row] = blocks.size();
+                const std::uint32_t name = row << kBits | layer << 2 * kBits;
+                for (std::uint32_t x = 0; x < kRow; ++x)
+                    if (_blockOf[name + x] != kNone)
+                        blocks.push_back(&_blocks[_blockOf[name + x]]);
+            }
+            begin[kRow] = blocks.size();
+            for (std::uint32_t z = 0; z < kEdge; ++z)
+                for (std::uint32_t row = 0; row < kRow; ++row)
+                    for (std::uint32_t y = 0; y < kEdge; ++y)
+                        for (std::size_t i = begin[row]; i < begin[row + 1]; ++i) {
+                            const Block& block = *blocks[i];
+                            std::uint64_t bits =
+                                (markedOnly ? block.marked : block.held)[z] >> y * kEdge & 0xffU;
+                            for (; bits != 0; bits &= bits - 1) {
+                                const auto x = static_cast<std::uint32_t>(std::countr_zero(bits));
+                                body(_voxels[block.index[x | y << 3U | z << 6U] - 1]);
+                            }
+                        }
+        }
+    }
 
     void clear()
     {
@@ -55,9 +94,19 @@ private:
     static_assert(kEdge << kBits == kChunkEdge);
 
     struct Block {
-        std::array<std::uint32_t, std::size_t{kEdge} * kEdge * kEdge>
-            index{}; ///< plus one; 0: none
+        /// Of a voxel, plus one; 0: none.
+        std::array<std::uint32_t, std::size_t{kEdge} * kEdge * kEdge> index{};
+        std::array<std::uint64_t, kEdge> held{};   ///< which voxels there are, by layer
+        std::array<std::uint64_t, kEdge> marked{}; ///< which of them are marked
     };
+    static std::uint32_t nameOf(std::uint32_t x, std::uint32_t y, std::uint32_t z)
+    {
+        return x / kEdge | (y / kEdge) << kBits | (z / kEdge) << 2 * kBits;
+    }
+    static std::uint64_t rowBit(std::uint32_t x, std::uint32_t y)
+    {
+        return std::uint64_t{1} << (x % kEdge | (y % kEdge) << 3U);
+    }
     std::vector<std::uint32_t> _blockOf;
     std::vector<std::uint32_t> _named;
     std::vector<Block> _blocks;

@@ -55,7 +55,7 @@ public:
     {
         std::uint64_t touched = 0;
         _rasterisers.with([&](Rasteriser& rasteriser) {
-            list = rasteriser.run(_model, place, trianglesOf(place), _separability, touched);
+            rasteriser.run(_model, place, trianglesOf(place), _separability, list, touched);
         });
         _touched += touched;
     }
