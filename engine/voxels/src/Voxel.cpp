@@ -15,8 +15,12 @@ constexpr std::uint32_t kMask = (1U << kBits) - 1;
 
 std::uint32_t coded(double value)
 {
-    // halves away from zero, so that opposite normals stay opposite
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::round(value * kScale))) &
+    // halves away from zero, so that opposite normals stay opposite; the number below one half, as
+    // adding that to the number below it would give one
+    constexpr double kHalf = 0.49999999999999994;
+    const double scaled = value * kScale;
+    return static_cast<std::uint32_t>(
+               static_cast<std::int32_t>(scaled + std::copysign(kHalf, scaled))) &
            kMask;
 }
 
