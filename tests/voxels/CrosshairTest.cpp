@@ -1,6 +1,8 @@
 #include "Crosshair.h"
 
+#include "CrosshairKernel.h"
 #include "TriangleParts.h"
+#include "fields/FieldChecks.h"
 #include "support/Random.h"
 
 #include <gtest/gtest.h>
@@ -108,6 +110,41 @@ TEST(Crosshair, isWhereTheLineMeetsTheTriangle)
         EXPECT_TRUE(std::ranges::includes(found, sure)) << trial;
         EXPECT_TRUE(std::ranges::includes(possible, found)) << trial;
     }
+}
+
+/// Of small triangles several rows are looked at together.
+TEST(Crosshair, isTheSameForSeveralRowsAtATimeOnAllInstructionSets)
+{
+    auto random = tests::random(4);
+    std::vector<LatticeTriangle> triangles;
+    while (triangles.size() < static_cast<std::size_t>(tests::trials(2'000))) {
+        const std::int64_t reach = tests::below(random, 2) == 0 ? 2 : 8;
+        LatticeTriangle triangle{
+            anyPoint(random, reach), anyPoint(random, reach), anyPoint(random, reach)};
+        if (hasSmallCrosshairs(triangle))
+            triangles.push_back(triangle);
+    }
+    const VoxelRange within{{-3, -7, -8}, {8, 5, 2}};
+    fields::test::onEveryInstructionSet([&](const std::string& set) {
+        std::size_t hits = 0;
+        for (const LatticeTriangle& triangle : triangles) {
+            std::multiset<Cube> expected;
+            forEachCrosshair(triangle, within, [&](auto x, auto y, auto z, std::size_t) {
+                expected.insert({x, y, z});
+            });
+            std::vector<RangePlace> places;
+            addCrosshairs(triangle, within, places);
+            std::multiset<Cube> found;
+            for (const RangePlace& place : places)
+                found.insert(
+                    {within.low[0] + place[0], within.low[1] + place[1], within.low[2] + place[2]});
+            EXPECT_EQ(found, expected) << set;
+            hits += found.size();
+        }
+        EXPECT_GT(hits, triangles.size()) << set;
+    });
+    LatticeTriangle large{{{0, 0, 0}, {16 * kSteps, 0, 0}, {0, 1, 0}}};
+    EXPECT_FALSE(hasSmallCrosshairs(large));
 }
 
 TEST(Crosshair, isTouchedByTheTriangle)

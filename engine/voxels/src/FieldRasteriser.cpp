@@ -48,7 +48,7 @@ bool FieldRasteriser::isOwn(const Place& voxel) const
     return true;
 }
 
-WeightedVoxel& FieldRasteriser::at(const Place& voxel)
+std::uint32_t FieldRasteriser::at(const Place& voxel)
 {
     return _grid.at(
         static_cast<std::uint32_t>(voxel[0] - _chunk[0]),
@@ -68,7 +68,7 @@ void FieldRasteriser::run(
     _settings = settings;
     _counts = &counts;
     _chunk = chunk;
-    _grid.clear();
+    _grid.clear(grid.isColoured());
     _shown.clear();
     VoxelRange lower;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -259,16 +259,23 @@ void FieldRasteriser::add(const Hit& hit, const glm::dvec3& normal, std::uint32_
             counted * _linear[word >> 8U & 0xffU],
             counted * _linear[word >> 16U & 0xffU],
             counted};
-    WeightedVoxel& voxel = at(hit.voxel);
-    voxel.place |= kCrossed;
-    addAttributes(voxel, sum);
-    _shown.push_back({voxel.order(), hit.outward, sum});
+    const std::uint32_t voxel = at(hit.voxel);
+    add(voxel, sum);
+    _shown.push_back({_grid.voxel(voxel).order(), hit.outward, sum});
+}
+
+void FieldRasteriser::add(std::uint32_t voxel, const WeightedFace& part)
+{
+    _grid.voxel(voxel).place |= kCrossed;
+    addSurface(_grid.voxel(voxel), part);
+    if (_field->isColoured())
+        addColour(_grid.colour(voxel), part.colour);
 }
 
 void FieldRasteriser::addWall(const Place& voxel, std::size_t axis, bool up)
 {
     if (!_settings.closed) {
-        at(voxel).place |= kWall;
+        _grid.voxel(at(voxel)).place |= kWall;
         return;
     }
     HalfPlace beyond = middleOf(voxel);
@@ -333,8 +340,6 @@ void FieldRasteriser::addTouched(const VoxelRange& lower)
     if (_field->isColoured())
         _field->attributes(_points, _words);
     for (std::size_t i = 0; i < _hits.size(); ++i) {
-        WeightedVoxel& touched = at(_hits[i].voxel);
-        touched.place |= kCrossed;
         WeightedFace trace;
         for (std::size_t axis = 0; axis < 3; ++axis)
             trace.normal[axis] =
@@ -345,24 +350,26 @@ void FieldRasteriser::addTouched(const VoxelRange& lower)
                 kTrace * _linear[_words[i] >> 8U & 0xffU],
                 kTrace * _linear[_words[i] >> 16U & 0xffU],
                 kTrace};
-        addAttributes(touched, trace);
+        add(at(_hits[i].voxel), trace);
     }
 }
 
 void FieldRasteriser::finish(VoxelList& list)
 {
     std::vector<std::uint32_t> mixed; // by order
-    for (WeightedVoxel voxel : _grid.voxels()) {
+    _grid.forEachInOrder(false, [&](std::uint32_t which) {
+        WeightedVoxel voxel = _grid.voxel(which);
         const bool isCrossed = (voxel.place & kCrossed) != 0;
         voxel.place &= ~(kCrossed | kWall);
         voxel.place |= isCrossed ? 0 : kWall;
         list.voxels.push_back(voxel);
+        if (_field->isColoured())
+            list.colours.push_back(_grid.colour(which));
         if (isCrossed && isMixed(voxel))
             mixed.push_back(voxel.order());
-    }
+    });
     if (mixed.empty())
         return;
-    std::ranges::sort(mixed);
     const std::size_t first = list.faces.size();
     for (const std::uint32_t order : mixed)
         list.faces.push_back({order, {}});

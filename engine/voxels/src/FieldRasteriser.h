@@ -70,7 +70,9 @@ private:
     void finish(VoxelList& list);
     void count(const std::vector<float>& values);
     [[nodiscard]] bool isOwn(const std::array<std::int64_t, 3>& voxel) const;
-    WeightedVoxel& at(const std::array<std::int64_t, 3>& voxel);
+    /// Which of the grid's.
+    std::uint32_t at(const std::array<std::int64_t, 3>& voxel);
+    void add(std::uint32_t voxel, const WeightedFace& part);
 
     std::array<float, 256> _linear;
     const FieldGrid* _field = nullptr;

@@ -1,6 +1,7 @@
 #include "isofront/voxels/FieldVoxelization.h"
 
 #include "FieldRasteriser.h"
+#include "PlaceSort.h"
 #include "Pool.h"
 #include "VoxelPipeline.h"
 
@@ -72,11 +73,22 @@ public:
             _samples += counts.samples;
             _sanitised += counts.sanitised;
         });
+        std::vector<std::uint64_t> keys;
+        std::vector<std::uint64_t> scratch;
+        VoxelList all;
         for (const VoxelList& part : parts) {
-            list.voxels.insert(list.voxels.end(), part.voxels.begin(), part.voxels.end());
+            for (const WeightedVoxel& voxel : part.voxels)
+                keys.push_back(std::uint64_t{voxel.order()} << 32U | keys.size());
+            all.voxels.insert(all.voxels.end(), part.voxels.begin(), part.voxels.end());
+            all.colours.insert(all.colours.end(), part.colours.begin(), part.colours.end());
             list.faces.insert(list.faces.end(), part.faces.begin(), part.faces.end());
         }
-        std::ranges::sort(list.voxels, {}, &WeightedVoxel::order);
+        sortByPlace(keys, scratch);
+        for (const std::uint64_t key : keys) {
+            list.voxels.push_back(all.voxels[key & 0xffffffffU]);
+            if (!all.colours.empty())
+                list.colours.push_back(all.colours[key & 0xffffffffU]);
+        }
         std::ranges::sort(list.faces, {}, &WeightedFaces::voxel);
         for (WeightedFaces& faces : list.faces) // until now they named its order
             faces.voxel = static_cast<std::uint32_t>(

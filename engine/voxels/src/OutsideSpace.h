@@ -14,6 +14,7 @@ struct ScratchChunk {
     std::array<std::uint32_t, 3> place{}; ///< among the chunks
     std::uint64_t voxelsAt = 0;
     std::uint32_t voxels = 0;
+    std::uint64_t coloursAt = 0; ///< of each voxel, where models have colours
     std::uint64_t facesAt = 0;
     std::uint32_t faces = 0; ///< voxels that have attributes of single faces
     std::uint32_t parts = 0; ///< of its empty space

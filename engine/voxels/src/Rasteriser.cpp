@@ -1,6 +1,7 @@
 #include "Rasteriser.h"
 
 #include "Crosshair.h"
+#include "CrosshairKernel.h"
 #include "LinearColour.h"
 #include "TriangleParts.h"
 
@@ -146,6 +147,10 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
     if (model.model.isColoured())
         paint.emplace(model, index, triangle);
     const auto addTo = [&](auto x, auto y, auto z, const TrianglePart& share) {
+        const std::array<std::uint32_t, 3> place{
+            static_cast<std::uint32_t>(x - within.low[0]),
+            static_cast<std::uint32_t>(y - within.low[1]),
+            static_cast<std::uint32_t>(z - within.low[2])};
         const auto weight = static_cast<float>(share.area);
         const float counted = std::max(weight, kTrace);
         WeightedFace part;
@@ -153,25 +158,24 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
         for (std::size_t axis = 0; axis < 3; ++axis)
             part.normal[axis] = counted * direction[axis];
         if (paint) {
-            const std::array<float, 4> colour = paint->at(share.offset, share.area);
-            for (std::size_t i = 0; i < 4; ++i)
-                part.colour[i] = counted * colour[i];
+            part.colour = paint->at(share.offset, share.area);
+            for (float& component : part.colour)
+                component *= counted;
         }
-        addPart(
-            {static_cast<std::uint32_t>(x - within.low[0]),
-             static_cast<std::uint32_t>(y - within.low[1]),
-             static_cast<std::uint32_t>(z - within.low[2])},
-            part);
+        if (!_facesOf.empty()) {
+            addToFaces(place, part);
+            return;
+        }
+        const std::uint32_t voxel = _grid.at(place[0], place[1], place[2]);
+        addSurface(_grid.voxel(voxel), part);
+        if (paint)
+            addColour(_grid.colour(voxel), part.colour);
     };
     forEachTouched(triangle, within, paint.has_value(), _parts, addTo);
 }
 
-void Rasteriser::addPart(const std::array<std::uint32_t, 3>& place, const WeightedFace& part)
+void Rasteriser::addToFaces(const std::array<std::uint32_t, 3>& place, const WeightedFace& part)
 {
-    if (_facesOf.empty()) {
-        addAttributes(_grid.at(place[0], place[1], place[2]), part);
-        return;
-    }
     const auto found = _facesOf.find(packPlace(place[0], place[1], place[2], 0));
     if (found == _facesOf.end())
         return;
@@ -187,13 +191,22 @@ void Rasteriser::addPart(const std::array<std::uint32_t, 3>& place, const Weight
 
 void Rasteriser::mark(const LatticeTriangle& triangle, const VoxelRange& within)
 {
-    forEachCrosshair(
-        triangle, within, [&](std::int64_t x, std::int64_t y, std::int64_t z, std::size_t) {
-            _grid.mark(
-                static_cast<std::uint32_t>(x - within.low[0]),
-                static_cast<std::uint32_t>(y - within.low[1]),
-                static_cast<std::uint32_t>(z - within.low[2]));
-        });
+    _hits.clear();
+    if (hasSmallCrosshairs(triangle))
+        addCrosshairs(triangle, within, _hits);
+    else
+        forEachCrosshair(
+            triangle, within, [&](std::int64_t x, std::int64_t y, std::int64_t z, std::size_t) {
+                _hits.push_back(
+                    {static_cast<std::int32_t>(x - within.low[0]),
+                     static_cast<std::int32_t>(y - within.low[1]),
+                     static_cast<std::int32_t>(z - within.low[2])});
+            });
+    for (const RangePlace& hit : _hits)
+        _grid.mark(
+            static_cast<std::uint32_t>(hit[0]),
+            static_cast<std::uint32_t>(hit[1]),
+            static_cast<std::uint32_t>(hit[2]));
 }
 
 /// Goes through the triangles once more, for the voxels whose triangles are turned to different
@@ -253,16 +266,19 @@ void Rasteriser::run(
         within.low[axis] = static_cast<std::int64_t>(chunk[axis]) * kChunkEdge;
         within.high[axis] = within.low[axis] + kChunkEdge;
     }
-    _grid.clear();
+    const bool coloured = model.model.isColoured();
+    _grid.clear(coloured);
     for (const std::uint32_t index : triangles) {
         add(model, index, within);
         // a triangle touches all voxels whose crosshair it meets, so they are there
         mark(model.triangle(index), within);
     }
-    touched += _grid.voxels().size();
-    list.voxels.reserve(_grid.voxels().size());
-    _grid.forEachInOrder(separability == Separability::six, [&](const WeightedVoxel& voxel) {
-        list.voxels.push_back(voxel);
+    touched += _grid.size();
+    list.voxels.reserve(_grid.size());
+    _grid.forEachInOrder(separability == Separability::six, [&](std::uint32_t voxel) {
+        list.voxels.push_back(_grid.voxel(voxel));
+        if (coloured)
+            list.colours.push_back(_grid.colour(voxel));
     });
     addFaces(model, triangles, within, list);
 }

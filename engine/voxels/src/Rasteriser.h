@@ -1,5 +1,6 @@
 #pragma once
 
+#include "CrosshairKernel.h"
 #include "LatticeTriangle.h"
 #include "MipMap.h"
 #include "TriangleKernel.h"
@@ -44,7 +45,7 @@ public:
 
 private:
     void add(const LatticeModel& model, std::uint32_t index, const VoxelRange& within);
-    void addPart(const std::array<std::uint32_t, 3>& place, const WeightedFace& part);
+    void addToFaces(const std::array<std::uint32_t, 3>& place, const WeightedFace& part);
     void mark(const LatticeTriangle& triangle, const VoxelRange& within);
     void addFaces(
         const LatticeModel& model,
@@ -54,6 +55,7 @@ private:
 
     VoxelGrid _grid;
     std::vector<TrianglePart> _parts; ///< of a triangle
+    std::vector<RangePlace> _hits;    ///< of its crosshairs
     /// While faces are added: those of the voxels that get them, by their order.
     std::unordered_map<std::uint32_t, WeightedFaces*> _facesOf;
 };

@@ -3,31 +3,21 @@
 #include "WeightedVoxel.h"
 
 #include <array>
-#include <cstdint>
-#include <vector>
 
 namespace isofront::voxels {
-
-/// What reductions reuse.
-struct ReductionScratch {
-    std::vector<WeightedVoxel> gathered;
-    std::vector<const WeightedFaces*> faces; ///< of those gathered; null where there are none
-    std::vector<std::uint64_t> keys;         ///< place in the parent, then index
-    std::vector<std::uint64_t> sorted;
-};
 
 /// The voxels of a chunk from those of its eight children: one for each cube of two by two by two
 /// that holds any, with all faces that they show and the mean of their attributes. Each contains
 /// its children, so that nothing vanishes.
 ///
-/// By sorting, finding where runs of equal places begin, and compacting them. The sums are taken in
-/// the order of children, so the result is the same wherever it is computed. Where the children
-/// of one are turned to different sides, each face keeps the mean of those that show it.
+/// Children are in order already, so rows are merged, not sorted. The sums are taken in the order
+/// of children, so the result is the same wherever it is computed. Where the children of one are
+/// turned to different sides, each face keeps the mean of those that show it.
 ///
 /// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
-/// section 3, "Level of detail".
+/// section 3, "Level of detail". Differs: they sort.
 ///
 /// @param children  in the order of ChunkKey::child; null where there is none
-VoxelList reduced(const std::array<const VoxelList*, 8>& children, ReductionScratch& scratch);
+VoxelList reduced(const std::array<const VoxelList*, 8>& children);
 
 } // namespace isofront::voxels

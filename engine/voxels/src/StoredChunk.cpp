@@ -11,28 +11,24 @@ namespace {
 /// As many face attributes as a face set can tell apart.
 constexpr std::size_t kMostAttributes = std::size_t{1} << 26U;
 
-/// @param sum  a WeightedVoxel or WeightedFace
-template <typename Sum>
-std::uint32_t colourOf(const Sum& sum)
+std::uint32_t colourOf(const WeightedColour& sum, float area)
 {
-    const float opacity = sum.colour[3];
+    const float opacity = sum[3];
     const auto code = [&](float part) {
         const double c =
             opacity > 0 ? std::clamp(static_cast<double>(part / opacity), 0.0, 1.0) : 0;
         const double s = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
         return static_cast<std::uint32_t>(std::lround(255 * s));
     };
-    const double weight = std::max(static_cast<double>(sum.area), 1e-12);
+    const double weight = std::max(static_cast<double>(area), 1e-12);
     const double part = std::clamp(static_cast<double>(opacity) / weight, 0.0, 1.0);
-    return code(sum.colour[0]) | code(sum.colour[1]) << 8U | code(sum.colour[2]) << 16U |
+    return code(sum[0]) | code(sum[1]) << 8U | code(sum[2]) << 16U |
            static_cast<std::uint32_t>(std::lround(255 * part)) << 24U;
 }
 
-template <typename Sum>
-FaceAttributes attributesOf(const Sum& sum, bool coloured)
+std::uint32_t normalOf(const std::array<float, 3>& sum)
 {
-    return {
-        packNormal({sum.normal[0], sum.normal[1], sum.normal[2]}), coloured ? colourOf(sum) : 0};
+    return packNormal({sum[0], sum[1], sum[2]});
 }
 
 /// Adds the faces of voxels to a chunk.
@@ -52,7 +48,8 @@ public:
             // opposite surfaces of one face say no more than those of the voxel
             if (!shown || (sum.normal[0] == 0 && sum.normal[1] == 0 && sum.normal[2] == 0))
                 continue;
-            const FaceAttributes own = attributesOf(sum, coloured);
+            const FaceAttributes own{
+                normalOf(sum.normal), coloured ? colourOf(sum.colour, sum.area) : 0};
             if (own == mean)
                 continue;
             mask |= faceBit(static_cast<Face>(face));
@@ -83,11 +80,11 @@ Chunk stored(const ChunkKey& key, const VoxelList& list, bool coloured)
     Chunk chunk;
     chunk.key = key;
     chunk.voxels.reserve(list.voxels.size());
-    for (const WeightedVoxel& voxel : list.voxels) {
-        const FaceAttributes mean = attributesOf(voxel, coloured);
-        chunk.voxels.push_back({voxel.place, mean.normal});
+    for (std::size_t i = 0; i < list.voxels.size(); ++i) {
+        const WeightedVoxel& voxel = list.voxels[i];
+        chunk.voxels.push_back({voxel.place, normalOf(voxel.normal)});
         if (coloured)
-            chunk.colours.push_back(mean.colour);
+            chunk.colours.push_back(colourOf(list.colours[i], voxel.area));
     }
     FaceSharing sharing(chunk);
     for (const WeightedFaces& faces : list.faces)

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace isofront::voxels {
@@ -17,8 +16,8 @@ class VoxelGrid {
 public:
     VoxelGrid() : _blockOf(kBlocks, kNone) {}
 
-    /// The voxel at a place in the chunk, new ones without weights. Valid until the next call.
-    WeightedVoxel& at(std::uint32_t x, std::uint32_t y, std::uint32_t z)
+    /// Which voxel is at a place in the chunk; new ones are without weights.
+    std::uint32_t at(std::uint32_t x, std::uint32_t y, std::uint32_t z)
     {
         const std::uint32_t name = nameOf(x, y, z);
         std::uint32_t& block = _blockOf[name];
@@ -30,22 +29,26 @@ public:
         const std::uint32_t inside = x % kEdge | (y % kEdge) << 3U | (z % kEdge) << 6U;
         std::uint32_t& index = _blocks[block].index[inside];
         if (index == 0) {
-            _voxels.push_back({packPlace(x, y, z, 0), {}, 0, {}});
+            _voxels.push_back({packPlace(x, y, z, 0), {}, 0});
+            if (_coloured)
+                _colours.emplace_back();
             index = static_cast<std::uint32_t>(_voxels.size());
             _blocks[block].held[z % kEdge] |= rowBit(x, y);
         }
-        return _voxels[index - 1];
+        return index - 1;
     }
+    [[nodiscard]] WeightedVoxel& voxel(std::uint32_t which) { return _voxels[which]; }
+    /// Of coloured ones.
+    [[nodiscard]] WeightedColour& colour(std::uint32_t which) { return _colours[which]; }
     /// Marks a voxel that there is.
     void mark(std::uint32_t x, std::uint32_t y, std::uint32_t z)
     {
         _blocks[_blockOf[nameOf(x, y, z)]].marked[z % kEdge] |= rowBit(x, y);
     }
 
-    /// In the order in which they came.
-    [[nodiscard]] std::span<const WeightedVoxel> voxels() const { return _voxels; }
+    [[nodiscard]] std::size_t size() const { return _voxels.size(); }
 
-    /// Calls `body(voxel)` for each voxel, or each that is marked, along x, then y, then z.
+    /// Calls `body(which)` for each voxel, or each that is marked, along x, then y, then z.
     template <typename Body>
     void forEachInOrder(bool markedOnly, const Body& body) const
     {
@@ -71,14 +74,17 @@ public:
                                 (markedOnly ? block.marked : block.held)[z] >> y * kEdge & 0xffU;
                             for (; bits != 0; bits &= bits - 1) {
                                 const auto x = static_cast<std::uint32_t>(std::countr_zero(bits));
-                                body(_voxels[block.index[x | y << 3U | z << 6U] - 1]);
+                                body(block.index[x | y << 3U | z << 6U] - 1);
                             }
                         }
         }
     }
 
-    void clear()
+    /// @param coloured  whether voxels are to have colours
+    void clear(bool coloured)
     {
+        _coloured = coloured;
+        _colours.clear();
         for (const std::uint32_t name : _named)
             _blockOf[name] = kNone;
         _named.clear();
@@ -111,6 +117,8 @@ private:
     std::vector<std::uint32_t> _named;
     std::vector<Block> _blocks;
     std::vector<WeightedVoxel> _voxels;
+    std::vector<WeightedColour> _colours;
+    bool _coloured = false;
 };
 
 } // namespace isofront::voxels

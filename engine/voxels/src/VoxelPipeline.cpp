@@ -110,7 +110,6 @@ private:
     };
     struct MaskSpace {
         EmptySpace empty;
-        ReductionScratch reduction;
     };
     /// A chunk of a group while the group is made.
     struct Made {
@@ -143,8 +142,7 @@ private:
                 return;
             }
             spaces.with([&](RasterSpace& space) {
-                space.list.voxels.clear();
-                space.list.faces.clear();
+                space.list.clear();
                 _makeTime.measure([&] { _source.make(tasks[i].place, space.list); });
                 auto kept = keep(tasks[i].place, space.list, space.empty);
                 if (kept)
@@ -183,6 +181,12 @@ private:
         if (!at)
             return tl::unexpected(at.error());
         chunk.voxelsAt = *at;
+        if (!list.colours.empty()) {
+            const auto coloursAt = _scratch.append(std::as_bytes(std::span(list.colours)));
+            if (!coloursAt)
+                return tl::unexpected(coloursAt.error());
+            chunk.coloursAt = *coloursAt;
+        }
         if (!list.faces.empty()) {
             const auto facesAt = _scratch.append(std::as_bytes(std::span(list.faces)));
             if (!facesAt)
@@ -251,7 +255,7 @@ private:
                 return failed;
             parts[which] = &children[which];
         }
-        _reduceTime.measure([&] { list = reduced(parts, _reduction); });
+        _reduceTime.measure([&] { list = reduced(parts); });
         return put(stored(key, list, _source.isColoured()));
     }
 
@@ -290,9 +294,7 @@ private:
                     children[(k.x & 1U) | (k.y & 1U) << 1U | (k.z & 1U) << 2U] = &below[child].list;
                 }
                 here[i].key = below[first[i]].key.parent();
-                _spaces.with([&](MaskSpace& space) {
-                    _reduceTime.measure([&] { here[i].list = reduced(children, space.reduction); });
-                });
+                _reduceTime.measure([&] { here[i].list = reduced(children); });
                 here[i].chunk = stored(here[i].key, here[i].list, coloured);
             });
         }
@@ -317,6 +319,12 @@ private:
         voxels.resize(chunk.voxels);
         if (auto failed = _scratch.read(chunk.voxelsAt, std::as_writable_bytes(std::span(voxels))))
             return failed;
+        if (_source.isColoured()) {
+            list.colours.resize(chunk.voxels);
+            if (auto failed =
+                    _scratch.read(chunk.coloursAt, std::as_writable_bytes(std::span(list.colours))))
+                return failed;
+        }
         list.faces.resize(chunk.faces);
         if (chunk.faces > 0)
             if (auto failed =
@@ -360,10 +368,16 @@ private:
         std::uint32_t kept = 0;
         for (std::size_t i = 0; i < list.voxels.size(); ++i) {
             indexOf[i] = kept;
-            if (!isWall(list.voxels[i]))
-                list.voxels[kept++] = list.voxels[i];
+            if (isWall(list.voxels[i]))
+                continue;
+            list.voxels[kept] = list.voxels[i];
+            if (!list.colours.empty())
+                list.colours[kept] = list.colours[i];
+            ++kept;
         }
         list.voxels.resize(kept);
+        if (!list.colours.empty())
+            list.colours.resize(kept);
         for (WeightedFaces& faces : list.faces)
             faces.voxel = indexOf[faces.voxel];
     }
@@ -398,7 +412,6 @@ private:
     PipelineReport _report;
     std::vector<ScratchChunk> _chunks; ///< those with voxels, along a Morton curve
     Pool<MaskSpace> _spaces;
-    ReductionScratch _reduction;
     std::uint64_t _finished = 0;
     WorkTime _makeTime;
     WorkTime _reduceTime;

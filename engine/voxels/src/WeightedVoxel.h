@@ -15,10 +15,13 @@ struct WeightedVoxel {
     std::uint32_t place = 0;       ///< as in Voxel; kWall may be set
     std::array<float, 3> normal{}; ///< sum of unit normals times areas
     float area = 0;                ///< of surface [voxels of level 0, squared]
-    std::array<float, 4> colour{}; ///< sum of colours times areas: linear red, green, blue;
-                                   ///< opacity. Red, green and blue are weighted by opacity
+
     [[nodiscard]] std::uint32_t order() const { return place & 0xffffffU; }
 };
+
+/// Sum of colours times areas: linear red, green, blue; opacity. Red, green and blue are weighted
+/// by opacity.
+using WeightedColour = std::array<float, 4>;
 
 /// Marks, in a bit of `place` that the stored form doesn't use, a voxel that only closes a solid
 /// where the data end: it keeps what is inside from being outside, and is not stored.
@@ -28,7 +31,7 @@ inline constexpr std::uint32_t kWall = 1U << 31U;
 struct WeightedFace {
     std::array<float, 3> normal{};
     float area = 0;
-    std::array<float, 4> colour{};
+    WeightedColour colour{};
 };
 
 /// The same of a part of the surface.
@@ -50,8 +53,16 @@ struct WeightedFaces {
 
 /// The voxels of a chunk while they are made.
 struct VoxelList {
-    std::vector<WeightedVoxel> voxels; ///< in their order
-    std::vector<WeightedFaces> faces;  ///< by voxel; of those that need them
+    std::vector<WeightedVoxel> voxels;   ///< in their order
+    std::vector<WeightedColour> colours; ///< of each voxel; none where models have none
+    std::vector<WeightedFaces> faces;    ///< by voxel; of those that need them
+
+    void clear()
+    {
+        voxels.clear();
+        colours.clear();
+        faces.clear();
+    }
 };
 
 /// Whether a voxel's surfaces are turned so differently that their mean says little: it has less
@@ -63,15 +74,26 @@ inline bool isMixed(const WeightedVoxel& voxel)
     return squared < 0.25F * voxel.area * voxel.area;
 }
 
-/// Adds the attributes of one to those of another: of voxels and of faces.
+inline void addColour(WeightedColour& sum, const WeightedColour& part)
+{
+    for (std::size_t i = 0; i < sum.size(); ++i)
+        sum[i] += part[i];
+}
+
+/// Adds the normal and area of one to those of another: of voxels and of faces.
 template <typename Sum, typename Part>
-void addAttributes(Sum& sum, const Part& part)
+void addSurface(Sum& sum, const Part& part)
 {
     for (std::size_t i = 0; i < sum.normal.size(); ++i)
         sum.normal[i] += part.normal[i];
     sum.area += part.area;
-    for (std::size_t i = 0; i < sum.colour.size(); ++i)
-        sum.colour[i] += part.colour[i];
+}
+
+/// Adds all attributes of a face.
+inline void addAttributes(WeightedFace& sum, const WeightedFace& part)
+{
+    addSurface(sum, part);
+    addColour(sum.colour, part.colour);
 }
 
 } // namespace isofront::voxels
