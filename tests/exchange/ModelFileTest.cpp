@@ -10,7 +10,9 @@
 #include <glm/common.hpp>
 #include <zlib.h>
 
+#include <cstdint>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -272,6 +274,39 @@ TEST_F(ModelFileTest, holdsToItsLimitWhereAFewBytesAreATriangle)
         EXPECT_EQ(limited.error().code, core::ErrorCode::resourceLimit) << name;
         EXPECT_NE(limited.error().message.find("--memory-limit"), std::string::npos)
             << limited.error().message;
+    }
+}
+
+/// Files of many pages are given back to the system while they are read; nothing of them is lost.
+TEST_F(ModelFileTest, readsAllOfALargeFile)
+{
+    constexpr std::uint32_t kCount = 150'000;
+    std::string content =
+        "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(kCount) +
+        "\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face " +
+        std::to_string(kCount) + "\nproperty list uchar uint vertex_indices\nend_header\n";
+    const auto add = [&](const auto& value) {
+        content.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    };
+    const auto corner = [](std::uint32_t i, std::uint32_t k) { return (7 * i + k) % kCount; };
+    for (std::uint32_t i = 0; i < kCount; ++i)
+        for (const float scale : {1.0F, -2.0F, 3.0F})
+            add(scale * static_cast<float>(i));
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+        add(std::uint8_t{3});
+        for (std::uint32_t k = 0; k < 3; ++k)
+            add(corner(i, k));
+    }
+    std::ofstream(path("large.ply"), std::ios::binary) << content;
+    const voxels::TriangleModel model = read("large.ply");
+    ASSERT_EQ(model.positions.size(), kCount);
+    ASSERT_EQ(model.triangles.size(), kCount);
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+        const double x = i;
+        ASSERT_EQ(model.positions[i], glm::dvec3(x, -2 * x, 3 * x));
+        for (std::uint32_t k = 0; k < 3; ++k)
+            ASSERT_EQ(model.triangles[i][k], corner(i, k));
     }
 }
 

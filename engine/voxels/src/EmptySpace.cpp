@@ -10,7 +10,7 @@ constexpr std::size_t kRows = std::size_t{kChunkEdge} * kChunkEdge;
 
 } // namespace
 
-EmptySpace::EmptySpace() : _rowBegin(kRows + 1) {}
+EmptySpace::EmptySpace() : _rows(kRows) {}
 
 EmptyLabel EmptySpace::root(EmptyLabel label)
 {
@@ -23,9 +23,9 @@ EmptyLabel EmptySpace::root(EmptyLabel label)
 
 void EmptySpace::connect(std::size_t rowA, std::size_t rowB)
 {
-    std::uint32_t a = _rowBegin[rowA];
-    std::uint32_t b = _rowBegin[rowB];
-    while (a < _rowBegin[rowA + 1] && b < _rowBegin[rowB + 1]) {
+    std::uint32_t a = _rows[rowA].begin;
+    std::uint32_t b = _rows[rowB].begin;
+    while (a < _rows[rowA].end && b < _rows[rowB].end) {
         if (_runs[a].begin < _runs[b].end && _runs[b].begin < _runs[a].end) {
             const EmptyLabel one = root(a);
             const EmptyLabel two = root(b);
@@ -44,7 +44,12 @@ void EmptySpace::build(std::span<const WeightedVoxel> voxels)
     _runs.clear();
     auto voxel = voxels.begin();
     for (std::size_t index = 0; index < kRows; ++index) {
-        _rowBegin[index] = static_cast<std::uint32_t>(_runs.size());
+        const bool isEmpty = voxel == voxels.end() || voxel->order() / kChunkEdge != index;
+        if (isEmpty && index % kChunkEdge != 0 && isWhole(index - 1)) {
+            _rows[index] = _rows[index - 1];
+            continue;
+        }
+        _rows[index].begin = static_cast<std::uint32_t>(_runs.size());
         std::uint32_t begin = 0;
         for (; voxel != voxels.end() && voxel->order() / kChunkEdge == index; ++voxel) {
             const std::uint32_t x = voxel->order() % kChunkEdge;
@@ -55,16 +60,19 @@ void EmptySpace::build(std::span<const WeightedVoxel> voxels)
         }
         if (begin < kChunkEdge)
             _runs.push_back({static_cast<std::uint16_t>(begin), kChunkEdge, 0});
+        _rows[index].end = static_cast<std::uint32_t>(_runs.size());
     }
-    _rowBegin[kRows] = static_cast<std::uint32_t>(_runs.size());
 
     _parent.resize(_runs.size());
     for (std::size_t i = 0; i < _parent.size(); ++i)
         _parent[i] = static_cast<EmptyLabel>(i);
     for (std::size_t index = 0; index < kRows; ++index) {
-        if (index % kChunkEdge != 0)
+        const bool isShared = index % kChunkEdge != 0 && areShared(index - 1, index);
+        if (index % kChunkEdge != 0 && !isShared)
             connect(index - 1, index);
-        if (index >= kChunkEdge)
+        // where both rows are those before them, so is what connects them
+        if (index >= kChunkEdge &&
+            !(isShared && areShared(index - 1 - kChunkEdge, index - kChunkEdge)))
             connect(index - kChunkEdge, index);
     }
     // a root comes before all others of its part
@@ -73,13 +81,6 @@ void EmptySpace::build(std::span<const WeightedVoxel> voxels)
         const EmptyLabel first = root(static_cast<EmptyLabel>(i));
         _runs[i].label = first == i ? _parts++ : _runs[first].label;
     }
-}
-
-EmptyLabel EmptySpace::at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const
-{
-    const std::span<const Run> runs = row(y, z);
-    const auto run = std::ranges::upper_bound(runs, x, {}, &Run::begin);
-    return run != runs.begin() && x < (run - 1)->end ? (run - 1)->label : kFull;
 }
 
 std::vector<EmptySpace::LayerRun> EmptySpace::layer(Face face) const

@@ -347,14 +347,7 @@ private:
                 return bits.error();
             beyond[face] = std::move(*bits);
         }
-        for (WeightedVoxel& voxel : voxels) {
-            const Voxel own{voxel.place, 0};
-            const Place at{own.x(), own.y(), own.z()};
-            for (std::size_t face = 0; face < kFaces; ++face)
-                if (isSeen(at, face, empty, outside, beyond[face]))
-                    voxel.place |= static_cast<std::uint32_t>(faceBit(static_cast<Face>(face)))
-                                   << 24U;
-        }
+        show(voxels, empty, outside, beyond);
         dropWalls(list);
         return std::nullopt;
     }
@@ -381,24 +374,50 @@ private:
         for (WeightedFaces& faces : list.faces)
             faces.voxel = indexOf[faces.voxel];
     }
-    static bool isSeen(
-        const Place& at,
-        std::size_t face,
+    /// Gives voxels the faces across which it is outside.
+    static void show(
+        std::vector<WeightedVoxel>& voxels,
         const EmptySpace& empty,
         const std::vector<bool>& outside,
-        const std::vector<std::uint64_t>& beyond)
+        const std::array<std::vector<std::uint64_t>, kFaces>& beyond)
     {
-        const std::size_t axis = face / 2;
-        const bool high = face % 2 != 0;
-        if (at[axis] == (high ? kChunkEdge - 1 : 0)) {
-            const std::uint32_t row = at[axis == 2 ? 1 : 2];
-            const std::uint32_t bit = row * kChunkEdge + at[axis == 0 ? 1 : 0];
-            return (beyond[bit / 64] >> bit % 64 & 1U) != 0;
+        constexpr std::uint32_t kLast = kChunkEdge - 1;
+        constexpr std::uint32_t kNoRow = 0xffffffffU;
+        std::uint32_t row = kNoRow;
+        EmptySpace::RowCursor own;
+        std::array<EmptySpace::RowCursor, kFaces> beside; // across each face but those along x
+        for (WeightedVoxel& voxel : voxels) {
+            const Voxel at{voxel.place, 0};
+            const std::array<std::uint32_t, 3> place{at.x(), at.y(), at.z()};
+            if (voxel.order() / kChunkEdge != row) {
+                row = voxel.order() / kChunkEdge;
+                own = empty.along(place[1], place[2]);
+                for (std::size_t face = 2; face < kFaces; ++face) {
+                    Place next = place;
+                    if (next[face / 2] != (face % 2 != 0 ? kLast : 0)) {
+                        next[face / 2] += face % 2 != 0 ? 1U : ~std::uint32_t{0};
+                        beside[face] = empty.along(next[1], next[2]);
+                    }
+                }
+            }
+            for (std::size_t face = 0; face < kFaces; ++face) {
+                const std::size_t axis = face / 2;
+                const bool high = face % 2 != 0;
+                bool isSeen = false;
+                if (place[axis] == (high ? kLast : 0)) {
+                    const std::uint32_t bit =
+                        place[axis == 2 ? 1 : 2] * kChunkEdge + place[axis == 0 ? 1 : 0];
+                    isSeen = (beyond[face][bit / 64] >> bit % 64 & 1U) != 0;
+                } else {
+                    const EmptyLabel label = axis > 0 ? beside[face].at(place[0])
+                                                      : own.at(high ? place[0] + 1 : place[0] - 1);
+                    isSeen = label != kFull && outside[label];
+                }
+                if (isSeen)
+                    voxel.place |= static_cast<std::uint32_t>(faceBit(static_cast<Face>(face)))
+                                   << 24U;
+            }
         }
-        Place next = at;
-        next[axis] += high ? 1U : ~std::uint32_t{0};
-        const EmptyLabel label = empty.at(next[0], next[1], next[2]);
-        return label != kFull && outside[label];
     }
 
     VoxelSource& _source;

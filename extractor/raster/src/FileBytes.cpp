@@ -45,6 +45,12 @@ readFileBytes(const std::filesystem::path& path, std::uint64_t mostBytes, ErrorC
 
     constexpr std::size_t kChunk = std::size_t{1} << 18U;
     std::vector<std::byte> bytes;
+    // of files that aren't packed it is all: growing would take twice as much for a while
+    constexpr std::uint64_t kMostReserved = std::uint64_t{1} << 36U;
+    std::error_code unknown;
+    const std::uint64_t size = std::filesystem::file_size(path, unknown);
+    if (!unknown && size <= std::min(mostBytes, kMostReserved))
+        bytes.reserve(static_cast<std::size_t>(size) + kChunk);
     while (true) {
         const std::size_t held = bytes.size();
         bytes.resize(held + kChunk);

@@ -3,8 +3,13 @@
 #include <isofront/exchange/ModelFile.h>
 #include <isofront/raster/FileBytes.h>
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
+#include <memory>
+#include <vector>
 
 namespace isofront::exchange {
 
@@ -38,6 +43,33 @@ Reader readerOf(const std::filesystem::path& path)
                               : nullptr;
 }
 
+/// Gives memory back to the system from which a file was read, so that it doesn't count beside the
+/// model that is made of it.
+class PassedBytes {
+public:
+    explicit PassedBytes(std::vector<std::byte>& bytes) : _bytes(bytes) {}
+
+    /// @param count  of the first bytes, which are not looked at again; what they are then is not
+    ///               told
+    void release(std::size_t count)
+    {
+        const std::size_t page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+        void* begin = _bytes.data() + _released;
+        std::size_t space = std::min(count, _bytes.size()) - _released;
+        // whole pages only: others may share the first
+        if (std::align(page, page, begin, space) == nullptr)
+            return;
+        const std::size_t length = space / page * page;
+        if (::madvise(begin, length, MADV_DONTNEED) == 0)
+            _released =
+                static_cast<std::size_t>(static_cast<std::byte*>(begin) - _bytes.data()) + length;
+    }
+
+private:
+    std::vector<std::byte>& _bytes;
+    std::size_t _released = 0;
+};
+
 } // namespace
 
 bool isModelName(const std::filesystem::path& path)
@@ -56,10 +88,12 @@ readModel(const std::filesystem::path& path, std::uint64_t mostBytes)
                 ": meshes are read from .glb, .gltf, .ply, .obj and .stl files, gzipped or not");
     if (auto readable = raster::checkReadable(path); !readable)
         return tl::unexpected(readable.error().within(path.string()));
-    const auto bytes = raster::readFileBytes(path, mostBytes, core::ErrorCode::resourceLimit);
+    auto bytes = raster::readFileBytes(path, mostBytes, core::ErrorCode::resourceLimit);
     if (!bytes)
         return tl::unexpected(bytes.error().within(path.string()));
-    auto model = reader(*bytes, {path.parent_path(), mostBytes});
+    PassedBytes passed(*bytes);
+    auto model = reader(
+        *bytes, {path.parent_path(), mostBytes, [&](std::size_t count) { passed.release(count); }});
     if (!model)
         return tl::unexpected(model.error().within(path.string()));
     return model;

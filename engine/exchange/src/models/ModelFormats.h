@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 
 namespace isofront::exchange {
@@ -14,6 +15,8 @@ namespace isofront::exchange {
 struct ModelContext {
     std::filesystem::path folder;         ///< where other files lie that it names
     std::uint64_t mostBytes = UINT64_MAX; ///< of each file and picture, and of the model
+    /// Told how many of the first bytes aren't needed any more; may be null.
+    std::function<void(std::size_t)> passed = nullptr;
 };
 
 /// Each reads a whole file; messages don't name it.

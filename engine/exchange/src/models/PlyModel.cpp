@@ -162,6 +162,11 @@ public:
         }
         return std::nullopt;
     }
+    /// How many bytes of the data have been read.
+    [[nodiscard]] std::size_t position() const
+    {
+        return _encoding == Encoding::text ? _text.position() : _at;
+    }
     /// The least that so many numbers of the smallest kind would take is no more than what is left.
     [[nodiscard]] bool canHold(std::uint64_t count) const
     {
@@ -247,8 +252,9 @@ struct Corners {
 
 class PlyReader {
 public:
-    PlyReader(std::span<const std::byte> bytes, const PlyHeader& header, std::uint64_t mostBytes)
-        : _header(header), _numbers(bytes, header), _budget(mostBytes)
+    PlyReader(
+        std::span<const std::byte> bytes, const PlyHeader& header, const ModelContext& context)
+        : _header(header), _numbers(bytes, header), _budget(context.mostBytes), _context(context)
     {
     }
 
@@ -259,7 +265,11 @@ public:
                 return tl::unexpected(tooShort(element));
             const bool isVertex = element.name == "vertex";
             const bool isFace = element.name == "face" || element.name == "tristrips";
+            if (isVertex || isFace)
+                reserve(isVertex, element.count);
             for (std::uint64_t i = 0; i < element.count; ++i) {
+                if (i % kElementsBetween == 0 && _context.passed)
+                    _context.passed(_header.end + _numbers.position());
                 if (!_numbers.begin())
                     return tl::unexpected(tooShort(element));
                 const bool done = isVertex ? readVertex(element)
@@ -279,6 +289,21 @@ public:
     }
 
 private:
+    /// How many elements are read before bytes are passed.
+    static constexpr std::uint64_t kElementsBetween = 1U << 16U;
+
+    /// Growing little by little, positions and triangles would take up to thrice as much. No more
+    /// than what is allowed and what a file of that length can hold.
+    void reserve(bool isVertex, std::uint64_t count)
+    {
+        constexpr std::uint64_t kLeastBytes = 3; // of either, in any encoding
+        if (!_numbers.canHold(kLeastBytes * count))
+            return;
+        if (isVertex && !_budget.check(_model, {.positions = count}))
+            _model.positions.reserve(_model.positions.size() + count);
+        if (!isVertex && !_budget.check(_model, {.triangles = count}))
+            _model.triangles.reserve(_model.triangles.size() + count);
+    }
     static core::Error tooShort(const Element& element)
     {
         return damaged(
@@ -365,6 +390,7 @@ private:
     const PlyHeader& _header;
     Numbers _numbers;
     ModelBudget _budget;
+    const ModelContext& _context;
     voxels::TriangleModel _model;
     bool _hasPlace = false;
 };
@@ -378,7 +404,7 @@ readPly(std::span<const std::byte> bytes, const ModelContext& context)
     const auto header = readHeader(text);
     if (!header)
         return tl::unexpected(header.error());
-    auto model = PlyReader(bytes, *header, context.mostBytes).run();
+    auto model = PlyReader(bytes, *header, context).run();
     if (model && model->colours.size() != model->positions.size())
         model->colours.clear();
     return model;
