@@ -64,6 +64,7 @@ CONFINED = [
             "extractor/elevation/src",
             "extractor/mesh/src",
             "engine/surface/src",
+            "engine/voxels/src",
             "bench/src",
         ],
     ),
