@@ -4,11 +4,13 @@
 #include "Pictures.h"
 #include "SourceArguments.h"
 #include "report/FlightReport.h"
+#include "report/Popping.h"
 
 #include <isofront/core/Process.h>
 #include <isofront/exchange/ContactSheet.h>
 #include <isofront/exchange/Png.h>
 #include <isofront/exchange/Video.h>
+#include <isofront/render/TransitionClock.h>
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>
@@ -46,6 +48,8 @@ struct FlyArguments {
     std::string size = "1280x720";
     double pixelError = 3;
     double updateMilliseconds = 4;
+    double fade = 0.25; ///< [s]
+    bool measurePopping = false;
     int lattice = 16;
     double filter = extractor::ExtractionSettings{}.filterStrength;
     MeshOptions mesh;
@@ -80,7 +84,7 @@ std::uint64_t residentBytes()
 class Flying {
 public:
     Flying(const FlyArguments& arguments, Progress& progress)
-        : _arguments(arguments), _progress(progress), _stop(interruptions())
+        : _arguments(arguments), _progress(progress), _stop(interruptions()), _clock(arguments.fade)
     {
     }
 
@@ -176,6 +180,9 @@ private:
         if (!studio)
             return studio.error();
         _studio = std::move(*studio);
+        // Shadows that are some frames old would change the picture, too.
+        if (_arguments.measurePopping)
+            _studio->scene.shadowInterval = 1;
 
         _jobs = core::makeJobs(core::JobsBackend::automatic, _arguments.threads);
         _surface.emplace(
@@ -223,6 +230,7 @@ private:
             {"lattice", std::to_string(_arguments.lattice)},
             {"filter", brief(_arguments.filter)},
             {"msaa", std::to_string(_arguments.samples)},
+            {"fade_seconds", brief(_arguments.fade)},
             {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
         nlohmann::ordered_json others;
         _arguments.mesh.describe(others);
@@ -261,6 +269,7 @@ private:
                 return drawn.error();
         if (auto done = _studio->renderer->finish(); !done)
             return done.error();
+        _studio->renderer->holdChanges(_clock.length() > 0);
         _before = _surface->stats();
         return std::nullopt;
     }
@@ -268,14 +277,22 @@ private:
     MaybeError frame(std::size_t number)
     {
         const hierarchy::View& view = _views[number];
+        const double time = double(number) / kFramesPerSecond;
+        if (const auto error = drawUnchanged(view))
+            return error;
         const auto start = Clock::now();
-        const surface::Delta delta =
-            _surface->update(view, {.milliseconds = _arguments.updateMilliseconds});
+        const surface::Delta delta = _surface->update(
+            view,
+            {.milliseconds = _arguments.updateMilliseconds,
+             .hostBytes = static_cast<std::size_t>(_fadingBytes)});
         FrameRecord record;
         record.updateMilliseconds = millisecondsSince(start);
         const auto upload = _studio->renderer->apply(delta);
         if (!upload)
             return tooLarge(upload.error());
+        if (_clock.begins(time))
+            _studio->renderer->beginTransition();
+        _studio->scene.transition = _clock.weight();
         const auto drawn = _studio->renderer->draw(view, _studio->scene);
         if (!drawn)
             return drawn.error();
@@ -287,7 +304,7 @@ private:
             record.gpuMilliseconds += pass.milliseconds;
 
         const surface::SurfaceStats stats = _surface->stats();
-        record.time = double(number) / kFramesPerSecond;
+        record.time = time;
         record.triangles = drawn->triangles;
         record.draws = drawn->draws;
         record.shownCells = stats.shownCells;
@@ -295,10 +312,13 @@ private:
         record.cellsSkipped = stats.cellsSkipped - _before.cellsSkipped;
         record.cellsFromCache = stats.cellsFromCache - _before.cellsFromCache;
         record.cellsPending = stats.pendingCells;
+        record.cellsFading = drawn->cellsFading;
         record.uploadedBytes = upload->uploadedBytes;
         record.effectivePixelError = stats.effectivePixelError;
         record.meshBytes = stats.meshBytes;
         record.cacheBytes = stats.cacheBytes;
+        record.fadingBytes = drawn->fadingBytes;
+        _fadingBytes = drawn->fadingBytes;
         record.deviceBytes = drawn->deviceBytes;
         record.residentBytes = residentBytes();
         record.eye = view.eye;
@@ -307,11 +327,30 @@ private:
         return keepPicture(number);
     }
 
+    /// For measuring: the view as it would be if nothing of the mesh changed.
+    MaybeError drawUnchanged(const hierarchy::View& view)
+    {
+        if (!_arguments.measurePopping)
+            return std::nullopt;
+        if (const auto drawn = _studio->renderer->draw(view, _studio->scene); !drawn)
+            return drawn.error();
+        auto image = _studio->renderer->readImage();
+        if (!image)
+            return image.error();
+        _unchanged = std::move(*image);
+        return std::nullopt;
+    }
+
     MaybeError keepPicture(std::size_t number)
     {
         const auto image = _studio->renderer->readImage();
         if (!image)
             return image.error();
+        if (_arguments.measurePopping) {
+            const Popping popping = poppingBetween(_unchanged, *image);
+            _report.frames.back().largestPop = popping.largest;
+            _report.frames.back().meanPop = popping.mean;
+        }
         const std::size_t every = std::max<std::size_t>(1, _views.size() / kSheetPictures);
         if (number % every == every / 2 && _sheet.size() < kSheetPictures)
             _sheet.push_back(*image);
@@ -416,6 +455,9 @@ private:
     const FlyArguments& _arguments;
     Progress& _progress;
     std::stop_token _stop;
+    render::TransitionClock _clock;
+    std::uint64_t _fadingBytes = 0;
+    core::Image _unchanged; ///< the frame's view, before its changes
     Source _source;
     DetailRequest _detail;
     std::optional<Studio> _studio;
@@ -464,6 +506,11 @@ Action addFly(CLI::App& app)
             "--update-ms", arguments->updateMilliseconds, "of a frame for the surface [ms]")
         ->check(within(0.1, 1000.0))
         ->capture_default_str();
+    command->add_option("--fade", arguments->fade, "how long a change of detail takes to show [s]")
+        ->check(within(0.0, 10.0))
+        ->capture_default_str();
+    command->add_flag(
+        "--measure-popping", arguments->measurePopping, "report how much changes of detail show");
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")

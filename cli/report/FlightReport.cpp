@@ -48,6 +48,8 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
     summary.cpuMilliseconds = spread(&FrameRecord::cpuMilliseconds);
     summary.gpuMilliseconds = spread(&FrameRecord::gpuMilliseconds);
     summary.updateMilliseconds = spread(&FrameRecord::updateMilliseconds);
+    summary.largestPop = spread(&FrameRecord::largestPop);
+    summary.meanPop = spread(&FrameRecord::meanPop);
     if (frames.empty())
         return summary;
 
@@ -68,6 +70,7 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
         summary.maxUploadedBytes = std::max(summary.maxUploadedBytes, frame.uploadedBytes);
         summary.maxMeshBytes = std::max(summary.maxMeshBytes, frame.meshBytes);
         summary.maxCacheBytes = std::max(summary.maxCacheBytes, frame.cacheBytes);
+        summary.maxFadingBytes = std::max(summary.maxFadingBytes, frame.fadingBytes);
         summary.maxDeviceBytes = std::max(summary.maxDeviceBytes, frame.deviceBytes);
         summary.maxResidentBytes = std::max(summary.maxResidentBytes, frame.residentBytes);
     }

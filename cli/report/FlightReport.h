@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <string>
 #include <utility>
@@ -27,6 +28,7 @@ struct FrameRecord {
     std::uint64_t cellsSkipped = 0;   ///< since the frame before: proved empty, never sampled
     std::uint64_t cellsFromCache = 0; ///< since the frame before
     std::uint64_t cellsPending = 0;   ///< wanted, and not there yet
+    std::uint64_t cellsFading = 0;    ///< drawn in some of the pixels that they cover only
 
     /// What the ceilings of the surface left of the error asked for [px]; 0 if nobody told.
     double effectivePixelError = 0;
@@ -34,8 +36,13 @@ struct FrameRecord {
     std::uint64_t uploadedBytes = 0; ///< to the device, for this frame
     std::uint64_t meshBytes = 0;     ///< of the shown cells' meshes
     std::uint64_t cacheBytes = 0;    ///< of meshes kept for later
+    std::uint64_t fadingBytes = 0;   ///< of meshes that are shown no longer, but for those fading
     std::uint64_t deviceBytes = 0;   ///< allocated on the device
     std::uint64_t residentBytes = 0; ///< of the process
+
+    /// How much of the picture changed without a movement of the camera; see Popping.
+    double largestPop = std::numeric_limits<double>::quiet_NaN();
+    double meanPop = std::numeric_limits<double>::quiet_NaN();
 
     glm::dvec3 eye{0.0}; ///< [world]
 };
@@ -75,6 +82,7 @@ Spread spreadOf(std::span<const double> values);
 
 struct FlightSummary {
     Spread cpuMilliseconds, gpuMilliseconds, updateMilliseconds;
+    Spread largestPop, meanPop;
     double seconds = 0; ///< from the first frame to the last
     double meanTriangles = 0;
     double maxEffectivePixelError = 0; ///< [px]
@@ -82,7 +90,8 @@ struct FlightSummary {
     std::uint64_t cellsExtracted = 0, cellsSkipped = 0, cellsFromCache = 0; ///< in all
     std::uint64_t uploadedBytes = 0;                                        ///< in all
     std::uint64_t maxUploadedBytes = 0;                                     ///< in a frame
-    std::uint64_t maxMeshBytes = 0, maxCacheBytes = 0, maxDeviceBytes = 0, maxResidentBytes = 0;
+    std::uint64_t maxMeshBytes = 0, maxCacheBytes = 0, maxDeviceBytes = 0, maxResidentBytes = 0,
+                  maxFadingBytes = 0;
 };
 
 FlightSummary summarised(std::span<const FrameRecord> frames);

@@ -226,7 +226,17 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
          "c",
          charts.counts(&FrameRecord::uploadedBytes, uploadUnit.bytes)}};
 
-    return chartHtml(time) + chartHtml(cells) + chartHtml(memory) + chartHtml(uploads);
+    std::string html = chartHtml(time) + chartHtml(cells) + chartHtml(memory) + chartHtml(uploads);
+    if (std::isfinite(summary.largestPop.max)) {
+        Chart popping = charts.chart(
+            "What changed without a movement", "of a square of 8 x 8 pixels [0 to 255]");
+        popping.series = {
+            {"the most", "a", charts.values([](const auto& f) { return f.largestPop; })},
+            {"in the mean", "c", charts.values([](const auto& f) { return f.meanPop; })}};
+        popping.isLogarithmic = true;
+        html += chartHtml(popping);
+    }
+    return html;
 }
 
 /// A relative path as the address of a link.

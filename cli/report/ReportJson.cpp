@@ -59,6 +59,8 @@ Json summaryJson(const FlightSummary& summary, std::size_t frames)
         {"cpu_ms", spreadJson(summary.cpuMilliseconds)},
         {"gpu_ms", spreadJson(summary.gpuMilliseconds)},
         {"update_ms", spreadJson(summary.updateMilliseconds)},
+        {"largest_pop", spreadJson(summary.largestPop)},
+        {"mean_pop", spreadJson(summary.meanPop)},
         {"triangles_mean", number(summary.meanTriangles)},
         {"triangles_max", summary.maxTriangles},
         {"draws_max", summary.maxDraws},
@@ -72,6 +74,7 @@ Json summaryJson(const FlightSummary& summary, std::size_t frames)
         {"uploaded_bytes_max", summary.maxUploadedBytes},
         {"mesh_bytes_max", summary.maxMeshBytes},
         {"cache_bytes_max", summary.maxCacheBytes},
+        {"fading_bytes_max", summary.maxFadingBytes},
         {"device_bytes_max", summary.maxDeviceBytes},
         {"resident_bytes_max", summary.maxResidentBytes}};
 }
@@ -90,12 +93,16 @@ Json frameJson(const FrameRecord& frame)
         {"cells_skipped", frame.cellsSkipped},
         {"cells_from_cache", frame.cellsFromCache},
         {"cells_pending", frame.cellsPending},
+        {"cells_fading", frame.cellsFading},
         {"effective_pixel_error", number(frame.effectivePixelError)},
         {"uploaded_bytes", frame.uploadedBytes},
         {"mesh_bytes", frame.meshBytes},
         {"cache_bytes", frame.cacheBytes},
+        {"fading_bytes", frame.fadingBytes},
         {"device_bytes", frame.deviceBytes},
         {"resident_bytes", frame.residentBytes},
+        {"largest_pop", number(frame.largestPop)},
+        {"mean_pop", number(frame.meanPop)},
         {"eye", {number(frame.eye.x), number(frame.eye.y), number(frame.eye.z)}}};
 }
 
