@@ -558,7 +558,8 @@ TEST_F(Command, drawsAVolumeAndFliesOverATerrain)
     EXPECT_EQ(contentsOf(folder / "a.png").substr(1, 3), "PNG");
 
     const Outcome flown =
-        run("fly --frames 3 --size 160x90 --pixel-error 8 --lattice 8 --out flight --json",
+        run("fly --frames 3 --size 160x90 --pixel-error 8 --lattice 8 --fade 0.1 --measure-popping "
+            "--out flight --json",
             "ISOFRONT_DEVICE=cpu");
     ASSERT_EQ(flown.exitCode, 0) << flown.errors;
     EXPECT_EQ(Json::parse(flown.output)["frames"], 3);
@@ -567,6 +568,8 @@ TEST_F(Command, drawsAVolumeAndFliesOverATerrain)
     const Json report = Json::parse(contentsOf(folder / "flight" / "report.json"));
     EXPECT_EQ(report["frames"].size(), 3U);
     EXPECT_GT(report["frames"][0]["triangles"], 100);
+    EXPECT_TRUE(report["frames"][2]["largest_pop"].is_number());
+    EXPECT_EQ(report["settings"]["others"]["fade_seconds"], "0.1");
 }
 
 TEST_F(Command, keepsItsCeilingsAndTellsWhatTheyCost)

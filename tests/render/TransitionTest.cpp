@@ -310,7 +310,61 @@ TEST_F(Transitions, showAtEachPixelTheFormerOrThePresentVoxelsAsIfAlone)
     }
 }
 
-TEST_F(Transitions, leaveStreamedOrAddedChunksOfNoPictureOut)
+TEST_F(Transitions, showStreamedChunksOfTwoLevelsAsIfAlone)
+{
+    constexpr int kFrames = 20;
+    constexpr int kLength = 4;
+    const HillyModel model(260);
+    const auto streamer = *voxels::ChunkStreamer::create(
+        model.store,
+        {.voxelPixels = 1, .occlusion = false, .cacheBytes = 3U << 20U},
+        core::makeJobs(core::JobsBackend::inlined));
+    const glm::dvec3 centre = model.lattice.origin + 130.0 * glm::dvec3(model.lattice.edge);
+    const auto shown = renderer({.origin = centre - 2.0, .edge = 4}, options());
+    std::size_t fading = 0;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const double distance = 4.0 - 0.12 * frame;
+        const hierarchy::View view =
+            lookingAt(centre + distance * glm::dvec3(-0.6, -0.7, 0.38), centre);
+        const float weight = static_cast<float>(frame % kLength) / kLength;
+        const auto number = static_cast<std::uint64_t>(frame) + 1;
+        const voxels::ChunkFrame& streamed = streamer->update(
+            voxels::perspectiveView(
+                view.eye,
+                view.forward,
+                view.up,
+                view.verticalFieldOfView,
+                view.width,
+                view.height,
+                shown->defaultNearPlane()),
+            number,
+            *shown->completedFrame(),
+            {},
+            {.begins = frame % kLength == 0, .weight = weight});
+        ASSERT_TRUE(shown->apply(streamed));
+        fading += streamed.fading;
+        const auto at = [&](float w, std::uint64_t name) {
+            return shootVoxels(
+                *shown,
+                view,
+                {.lattice = model.lattice,
+                 .placed = streamed.draws,
+                 .tree = &streamer->tree(),
+                 .frame = name},
+                pixelwise(w));
+        };
+        const VoxelShot mixed = at(weight, number);
+        if (streamed.fading == 0)
+            continue;
+        const VoxelShot former = at(0, 0);
+        const VoxelShot present = at(1, 0);
+        EXPECT_NE(former, present);
+        expectMixed(mixed, former, present, weight);
+    }
+    EXPECT_GT(fading, 0U);
+}
+
+TEST_F(Transitions, leaveChunksOfNoPictureOut)
 {
     const HillyModel model(96);
     const std::vector<Chunk> chunks = model.cut(0);
