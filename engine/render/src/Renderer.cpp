@@ -417,7 +417,7 @@ void Renderer::Parts::settle(std::size_t index)
     if (slot.streamed == 0)
         return;
     completedFrame = std::max(completedFrame, slot.streamed);
-    FrameSight sight{.frame = std::exchange(slot.streamed, 0), .visible = {}};
+    FrameSight sight{.frame = std::exchange(slot.streamed, 0)};
     if (slot.hasVoxels) {
         const VoxelFrame& frame = voxels->pass.frame(index);
         const std::span<const std::uint32_t> visible = voxels->pass.visible(index);
@@ -426,6 +426,7 @@ void Renderer::Parts::settle(std::size_t index)
             sight.visible[frame.places[i]] = visible[i];
         for (const std::uint32_t place : frame.untested)
             sight.visible[place] = 1;
+        sight.pattern = voxels->pass.pattern(index);
         sights.push_back(std::move(sight));
     }
 }
@@ -622,12 +623,8 @@ core::Result<std::vector<ShownVoxel>> Renderer::readVoxels()
     std::memcpy(names.data(), bytes->data(), bytes->size());
     const VoxelFrame& frame = parts.voxels->pass.frame(*parts.lastVoxels);
     for (std::size_t i = 0; i < names.size(); ++i) {
-        if (names[i] == 0)
-            continue;
-        const shared::uvec2 start =
-            frame.blocks[(names[i] - 1) >> shared::kBlockBits].chunkAndVoxel;
-        const std::uint32_t place = (names[i] - 1) & (shared::kVoxelsInBlock - 1);
-        shown[i] = {.chunk = frame.keys[start.x], .voxel = start.y + place, .isThere = true};
+        if (names[i] != 0)
+            shown[i] = voxelNamed(frame, names[i]);
     }
     return shown;
 }
@@ -645,6 +642,16 @@ core::Result<std::vector<ChunkSight>> Renderer::readSight()
     for (std::size_t i = 0; i < visible.size(); ++i)
         sights.push_back({frame.keys[i], visible[i] != 0});
     return sights;
+}
+
+core::Result<std::optional<ShownPattern>> Renderer::readPattern()
+{
+    Parts& parts = *_parts;
+    if (!parts.lastVoxels)
+        return std::optional<ShownPattern>();
+    if (core::Result<void> waited = parts.device->wait(parts.lastSlot->commands.ticket()); !waited)
+        return tl::unexpected(waited.error());
+    return parts.voxels->pass.pattern(*parts.lastVoxels);
 }
 
 core::Result<std::vector<float>> Renderer::readDepth()

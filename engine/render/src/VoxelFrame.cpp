@@ -178,6 +178,13 @@ std::optional<Candidate> candidateOf(
 
 } // namespace
 
+ShownVoxel voxelNamed(const VoxelFrame& frame, std::uint32_t name)
+{
+    const shared::uvec2 start = frame.blocks[(name - 1) >> shared::kBlockBits].chunkAndVoxel;
+    const std::uint32_t place = (name - 1) & (shared::kVoxelsInBlock - 1);
+    return {.chunk = frame.keys[start.x], .voxel = start.y + place, .isThere = true};
+}
+
 VoxelFrame voxelFrame(
     const hierarchy::View& view,
     double near,
@@ -188,6 +195,7 @@ VoxelFrame voxelFrame(
 {
     VoxelFrame frame;
     frame.listed = chunks.size();
+    frame.findsPattern = scene.findsPattern;
     const double edge = scene.lattice.edge;
     const glm::dvec3 eye = (view.eye - scene.lattice.origin) / edge;
     if (!glm::all(glm::lessThan(glm::abs(eye), glm::dvec3(kFarthestEye)))) {

@@ -32,7 +32,11 @@ struct VoxelFrame {
     std::uint32_t firstBox = 0;    ///< chunks from there on are only tested
     std::uint32_t boxes = 0;
     VoxelStats stats;
+    bool findsPattern = false;
 };
+
+/// What the voxel of a name is, which isn't 0.
+ShownVoxel voxelNamed(const VoxelFrame& frame, std::uint32_t name);
 
 /// Voxels that one draw of cubes may have: its indices have 16 bits.
 inline constexpr std::uint32_t kVoxelsInDraw = 65536 / shared::kCornersOfVoxel;

@@ -292,6 +292,13 @@ core::Result<void> VoxelPass::prepare(
 {
     if (core::Result<void> sized = resize(extent); !sized)
         return sized;
+    if (frame.findsPattern && !_pattern) {
+        core::Result<PatternPass> made =
+            PatternPass::create(*_device, static_cast<std::uint32_t>(_slots.size()), _samples);
+        if (!made)
+            return tl::unexpected(made.error());
+        _pattern = std::move(*made);
+    }
     Slot& mine = _slots[slot];
     mine.frame = std::move(frame);
     if (core::Result<void> filled = fill(mine); !filled)
@@ -429,11 +436,25 @@ void VoxelPass::record(VkCommandBuffer commands, std::size_t slot, const Targets
     drawNames(commands, slot, targets);
     drawBoxes(commands, slot, targets);
     drawSurface(commands, slot, targets);
+    if (mine.frame.findsPattern)
+        _pattern->record(commands, slot, _names, targets.depth);
 
     gpu::memoryBarrier(commands, gpu::use::kFragmentStorage, gpu::use::kTransferRead);
     const VkBufferCopy all{.size = mine.frame.chunks.size() * sizeof(std::uint32_t)};
     vkCmdCopyBuffer(commands, mine.visible.get(), mine.seen.get(), 1, &all);
     gpu::memoryBarrier(commands, gpu::use::kTransferWrite, gpu::use::kHostRead);
+}
+
+std::optional<ShownPattern> VoxelPass::pattern(std::size_t slot) const
+{
+    const VoxelFrame& frame = _slots[slot].frame;
+    const auto found = frame.findsPattern ? _pattern->found(slot) : std::nullopt;
+    if (!found)
+        return std::nullopt;
+    return ShownPattern{
+        .voxel = voxelNamed(frame, found->node.id),
+        .node = found->node,
+        .voxelPixels = found->voxelPixels};
 }
 
 std::span<const std::uint32_t> VoxelPass::visible(std::size_t slot) const

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "PatternPass.h"
 #include "Stage.h"
 #include "Targets.h"
 #include "VoxelFrame.h"
@@ -8,6 +9,7 @@
 #include <isofront/gpu/Buffer.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -50,6 +52,8 @@ public:
     /// One flag for each of its chunks: whether any pixel shows it, or would. Call when the slot's
     /// commands have been carried out.
     [[nodiscard]] std::span<const std::uint32_t> visible(std::size_t slot) const;
+    /// The same for the nearest voxel; none if it wasn't asked for.
+    [[nodiscard]] std::optional<ShownPattern> pattern(std::size_t slot) const;
 
 private:
     /// What one of the frames in flight owns.
@@ -82,6 +86,7 @@ private:
     gpu::Buffer _splats;  ///< depth and name of each sample
     gpu::Image _names, _colours;
     std::vector<Slot> _slots;
+    std::optional<PatternPass> _pattern; ///< made when it is first asked for
 };
 
 } // namespace isofront::render

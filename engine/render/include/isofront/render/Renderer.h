@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -182,6 +183,9 @@ public:
     /// shown, whether any pixel shows them; of those that were tested, whether their box isn't
     /// hidden. Those outside the view pyramid are not listed.
     core::Result<std::vector<ChunkSight>> readSight();
+    /// Waits for the last picture. @return its pattern node; none if it wasn't asked for
+    ///         (VoxelScene::findsPattern), or no voxel is seen
+    core::Result<std::optional<ShownPattern>> readPattern();
     /// The near plane of a scene that doesn't name one [world].
     [[nodiscard]] double defaultNearPlane() const;
 

@@ -3,10 +3,12 @@
 #include <isofront/voxels/Chunk.h>
 #include <isofront/voxels/ChunkStreamer.h>
 #include <isofront/voxels/ChunkTree.h>
+#include <isofront/voxels/LevelEvaluation.h>
 #include <isofront/voxels/LevelTransition.h>
 #include <isofront/voxels/Voxelization.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -58,6 +60,8 @@ struct VoxelScene {
     /// Automatic: voxels of more pixels become cubes [px]. Both cost the same at about 7 px with a
     /// driver in software; devices with a rasteriser may do better with less.
     float largestSplat = 6;
+    /// Whether to find the picture's pattern node, see ShownPattern. Costs two looks at each pixel.
+    bool findsPattern = false;
 };
 
 /// What a pixel shows of a voxel model.
@@ -68,6 +72,15 @@ struct ShownVoxel {
     bool isThere = false; ///< false: a mesh or the background
 
     friend bool operator==(const ShownVoxel&, const ShownVoxel&) = default;
+};
+
+/// The voxel that is nearest to the eye in a picture, of equally near ones the first that was
+/// drawn: what voxels::patternNode finds, but found by the GPU. For voxels::LevelControl, by
+/// voxels::fillOf.
+struct ShownPattern {
+    ShownVoxel voxel;
+    voxels::PatternNode node;      ///< its id is a number in this picture only
+    std::uint64_t voxelPixels = 0; ///< that show any voxel, for LevelObservation::pixels
 };
 
 /// Whether a chunk can be seen in a picture.
@@ -82,6 +95,8 @@ struct ChunkSight {
 struct FrameSight {
     std::uint64_t frame = 0;
     std::vector<std::uint32_t> visible; ///< not 0 if it can; in the order of the frame's chunks
+    /// If it was asked for, and any voxel is seen.
+    std::optional<ShownPattern> pattern{};
 };
 
 /// What a frame's voxels were.
