@@ -2,6 +2,7 @@
 
 #include "Console.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -87,24 +88,52 @@ core::Result<void> checkPixelError(double pixels)
         core::ErrorCode::usage, "--pixel-error must be a positive number of pixels");
 }
 
-core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option)
+core::Result<void> checkOptions(
+    const CLI::App& command, std::initializer_list<std::string_view> ok, const std::string& what)
 {
-    glm::dvec3 point(0.0);
-    const std::string_view view = text;
-    std::size_t begin = 0;
-    bool good = true;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::size_t end = axis < 2 ? view.find(',', begin) : view.size();
-        good = good && end != std::string_view::npos &&
-               parseNumber(view.substr(begin, end - begin), point[axis]) &&
-               std::isfinite(point[axis]);
-        if (!good)
+    for (const CLI::Option* option : command.get_options()) {
+        const std::string name = option->get_name();
+        if (option->count() > 0 && name.starts_with("--") &&
+            std::ranges::find(ok, name) == ok.end())
+            return core::failure(
+                core::ErrorCode::usage, name + " changes nothing for " + what + ": leave it out");
+    }
+    return {};
+}
+
+core::Result<void> checkNoOptions(
+    const CLI::App& command, std::initializer_list<std::string_view> wrong, const std::string& what)
+{
+    for (const std::string_view name : wrong)
+        if (command.count(std::string(name)) > 0)
             return core::failure(
                 core::ErrorCode::usage,
-                std::string(option) + " '" + text + "': give three numbers, as in 10,-2.5,300");
+                std::string(name) + " changes nothing for " + what + ": leave it out");
+    return {};
+}
+
+std::optional<std::vector<double>> parseNumbers(std::string_view text, std::size_t count)
+{
+    std::vector<double> numbers;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        double number = 0;
+        if (!parseNumber(text.substr(begin, end - begin), number) || !std::isfinite(number))
+            return std::nullopt;
+        numbers.push_back(number);
         begin = end + 1;
     }
-    return point;
+    return numbers.size() == count ? std::optional(numbers) : std::nullopt;
+}
+
+core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option)
+{
+    const auto numbers = parseNumbers(text, 3);
+    if (!numbers)
+        return core::failure(
+            core::ErrorCode::usage,
+            std::string(option) + " '" + text + "': give three numbers, as in 10,-2.5,300");
+    return glm::dvec3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
 }
 
 } // namespace isofront::cli

@@ -5,8 +5,13 @@
 #include <CLI/CLI.hpp>
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <functional>
+#include <initializer_list>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace isofront::cli {
 
@@ -34,6 +39,18 @@ core::Result<void> checkFolderOf(const std::string& file);
 void addSamples(CLI::App& command, int& samples);
 /// A positive, finite number of pixels.
 core::Result<void> checkPixelError(double pixels);
+/// Refuses options that were given but would change nothing.
+/// @param ok    long names of those that don't, as "--size"
+/// @param what  the source is, as "a mesh"
+core::Result<void> checkOptions(
+    const CLI::App& command, std::initializer_list<std::string_view> ok, const std::string& what);
+/// The same the other way round.
+core::Result<void> checkNoOptions(
+    const CLI::App& command,
+    std::initializer_list<std::string_view> wrong,
+    const std::string& what);
+/// "1.5,-2,3e4", so many finite numbers and nothing else; nothing if it isn't that.
+std::optional<std::vector<double>> parseNumbers(std::string_view text, std::size_t count);
 /// "1.5,-2,3e4", three finite numbers.
 core::Result<glm::dvec3> parsePoint(const std::string& text, const char* option);
 

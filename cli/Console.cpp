@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdio>
@@ -43,6 +44,10 @@ void Progress::show(const std::string& what, double share)
     if (now - _last < (isTerminal() ? std::chrono::steady_clock::duration(kTerminalInterval)
                                     : std::chrono::steady_clock::duration(kLogInterval)))
         return;
+    // what is divided into parts of guessed sizes may seem to go back
+    _share = what == _what ? std::max(_share, share) : share;
+    _what = what;
+    share = _share;
     const bool isFirst = _last == std::chrono::steady_clock::time_point{};
     _last = now;
     if (isFirst && !isTerminal())

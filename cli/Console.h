@@ -19,7 +19,7 @@ public:
     Progress& operator=(const Progress&) = delete;
     ~Progress() { finish(); }
 
-    /// @param share  in [0, 1]; negative if it isn't known
+    /// @param share  in [0, 1]; negative if it isn't known. Of the same work it doesn't go back.
     void show(const std::string& what, double share);
     /// Ends the line that is being rewritten, if there is one.
     void finish();
@@ -28,6 +28,8 @@ public:
 
 private:
     bool _quiet;
+    std::string _what;
+    double _share = -1;
     std::chrono::steady_clock::time_point _last{};
 };
 

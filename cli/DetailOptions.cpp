@@ -21,22 +21,14 @@ constexpr std::size_t kMostCounted = 1'000'000'000'000;
 /// "X,Y,Z,R,E": a ball and the error to allow in it.
 core::Result<hierarchy::Focus> parseFocus(const std::string& text)
 {
-    std::vector<double> numbers;
-    for (std::size_t begin = 0; begin <= text.size();) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        double number = 0;
-        const auto [rest, error] = std::from_chars(text.data() + begin, text.data() + end, number);
-        if (error != std::errc() || rest != text.data() + end || !std::isfinite(number))
-            break;
-        numbers.push_back(number);
-        begin = end + 1;
-        if (begin > text.size() && numbers.size() == 5 && numbers[3] >= 0 && numbers[4] > 0) {
-            hierarchy::Focus focus;
-            focus.box.low = focus.box.high = {numbers[0], numbers[1], numbers[2]};
-            focus.radius = numbers[3];
-            focus.error = numbers[4];
-            return focus;
-        }
+    const auto numbers = parseNumbers(text, 5);
+    if (numbers && (*numbers)[3] >= 0 && (*numbers)[4] > 0) {
+        const std::vector<double>& n = *numbers;
+        hierarchy::Focus focus;
+        focus.box.low = focus.box.high = {n[0], n[1], n[2]};
+        focus.radius = n[3];
+        focus.error = n[4];
+        return focus;
     }
     return core::failure(
         ErrorCode::usage,

@@ -1,11 +1,12 @@
 #include "RayQuery.h"
 
+#include "Arguments.h"
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -28,20 +29,9 @@ glm::dvec3 pointOf(const voxels::VoxelHit& hit, const voxels::Ray& ray)
 
 core::Result<voxels::Ray> parseRay(const std::string& text)
 {
-    std::vector<double> numbers;
-    for (std::size_t begin = 0; begin <= text.size();) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        double number = 0;
-        const auto [rest, error] = std::from_chars(text.data() + begin, text.data() + end, number);
-        if (error != std::errc() || rest != text.data() + end || !std::isfinite(number))
-            break;
-        numbers.push_back(number);
-        begin = end + 1;
-        if (begin <= text.size() || numbers.size() != 6)
-            continue;
-        voxels::Ray ray;
-        ray.start = {numbers[0], numbers[1], numbers[2]};
-        ray.direction = {numbers[3], numbers[4], numbers[5]};
+    if (const auto numbers = parseNumbers(text, 6)) {
+        const std::vector<double>& n = *numbers;
+        const voxels::Ray ray{.start = {n[0], n[1], n[2]}, .direction = {n[3], n[4], n[5]}};
         if (ray.direction != glm::dvec3(0))
             return ray;
     }

@@ -45,6 +45,7 @@ struct RenderArguments {
     std::size_t threads = 0;
     bool json = false;
     bool quiet = false;
+    const CLI::App* command = nullptr; ///< that they came with
 };
 
 /// The same for a model of voxels, which is drawn without a surface.
@@ -97,8 +98,32 @@ int render(const RenderArguments& arguments)
         return report({ErrorCode::usage, arguments.output + ": pictures are written as .png"});
     if (const auto folder = checkFolderOf(arguments.output); !folder)
         return report(folder.error());
-    if (voxels::isStore(arguments.source))
-        return renderModel(arguments, *size);
+    if (voxels::isStore(arguments.source)) {
+        const auto useful = checkOptions(
+            *arguments.command,
+            {"--output",
+             "--eye",
+             "--target",
+             "--up",
+             "--fov",
+             "--size",
+             "--msaa",
+             "--voxel-pixels",
+             "--way",
+             "--cache-mib",
+             "--device",
+             "--threads",
+             "--json",
+             "--quiet"},
+            "a voxel model");
+        return useful ? renderModel(arguments, *size) : report(useful.error());
+    }
+    if (const auto useful = checkNoOptions(
+            *arguments.command,
+            {"--up", "--voxel-pixels", "--way", "--cache-mib"},
+            "what is no voxel model");
+        !useful)
+        return report(useful.error());
     if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
         return report(
             {ErrorCode::usage,
@@ -234,6 +259,7 @@ Action addRender(CLI::App& app)
     auto arguments = std::make_shared<RenderArguments>();
     CLI::App* command =
         app.add_subcommand("render", "Draw one picture of a source, at the detail its pixels need");
+    arguments->command = command;
     addSource(*command, arguments->source)->required();
     command->add_option("-o,--output", arguments->output, "picture: .png")->required();
     command

@@ -44,6 +44,7 @@ struct VoxelizeArguments {
     std::size_t threads = 0;
     bool json = false;
     bool quiet = false;
+    const CLI::App* command = nullptr; ///< that they came with
 };
 
 double secondsSince(Clock::time_point start)
@@ -80,11 +81,21 @@ core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const Sou
         return core::failure(
             ErrorCode::usage,
             arguments.source + " is a mesh: say how many voxels with --resolution N");
-    if (arguments.field.isovalue || arguments.field.closed)
-        return core::failure(
-            ErrorCode::usage,
-            arguments.source +
-                " is a mesh: --isovalue and --closed are for volumes, elevations and proc:NAME");
+    if (const auto useful = checkOptions(
+            *arguments.command,
+            {"--output",
+             "--resolution",
+             "--conservative",
+             "--all-faces",
+             "--format",
+             "--scratch",
+             "--memory-limit",
+             "--threads",
+             "--json",
+             "--quiet"},
+            arguments.source + ", which is a mesh");
+        !useful)
+        return tl::unexpected(useful.error());
     auto read = exchange::readModel(arguments.source, options.memoryLimit);
     if (!read)
         return tl::unexpected(read.error());
@@ -314,6 +325,7 @@ Action addVoxelize(CLI::App& app)
         "voxelize",
         "Turn a mesh, a volume or a field into surface voxels of all levels of detail, chunk by "
         "chunk");
+    arguments->command = command;
     addSource(*command, arguments->source)
         ->required()
         ->description(

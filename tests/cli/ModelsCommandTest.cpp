@@ -320,7 +320,12 @@ TEST_F(ModelsCommand, sayWhichOptionsOfVoxelizeAreForWhat)
     expectFailure("voxelize tetrahedron.obj -o t.voxels", 2, {"--resolution"});
     expectFailure("voxelize proc:torus -o t.voxels", 2, {"proc:torus", "--resolution"});
     expectFailure("voxelize proc:none --resolution 8 -o t.voxels", 2, {"proc:none"});
-    expectFailure("voxelize tetrahedron.obj --resolution 8 --closed -o t.voxels", 2, {"--closed"});
+    for (const std::string option :
+         {"--closed", "--isovalue 3", "--filter 0.5", "--voxel-size 1,1,1", "--detail none"})
+        expectFailure(
+            "voxelize tetrahedron.obj --resolution 8 -o t.voxels " + option,
+            2,
+            {option.substr(0, option.find(' ')), "tetrahedron.obj", "mesh"});
     writeNrrd("two.nrrd", {2, 2, 2}, std::vector<float>(8, 1.0F));
     expectFailure("voxelize two.nrrd --resolution 1 -o t.voxels", 2, {"two.nrrd", "--resolution"});
     // nothing is there to be seen, which is no failure
@@ -422,6 +427,23 @@ TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
     EXPECT_LT(2 * coarser["voxels_drawn"].get<std::uint64_t>(), fine["voxels_drawn"]);
     const Json cubes = json("render t.voxels --size 320x240 --way cubes --up 0,0,1 -o cubes.png");
     EXPECT_EQ(cubes["voxels_splatted"], 0);
+    for (const std::string option :
+         {"--isovalue 1",
+          "--lattice 4",
+          "--pixel-error 3",
+          "--closed",
+          "--quality best",
+          "--max-cells 100000",
+          "--memory-limit 1"})
+        expectFailure(
+            "render t.voxels -o a.png " + option,
+            2,
+            {option.substr(0, option.find(' ')), "voxel model"});
+    for (const std::string option : {"--up 0,1,0", "--way cubes", "--cache-mib 9"})
+        expectFailure(
+            "render proc:sphere -o a.png " + option,
+            2,
+            {option.substr(0, option.find(' ')), "no voxel model"});
     for (const char* wrong : {"--way points", "--voxel-pixels 0", "--cache-mib 0", "--up 0,0,0"})
         EXPECT_EQ(run(std::string("render t.voxels -o a.png ") + wrong).exitCode, 2) << wrong;
 }

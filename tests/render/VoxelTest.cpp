@@ -546,6 +546,16 @@ TEST_F(Voxels, withoutTheirParentLookLikeThemselves)
     shown->removeChunks(std::array{family.child.key});
     add(*shown, {&family.child, 1});
     EXPECT_EQ(shot(half), self);
+    // one that was made from a larger parent isn't used, or it would be read beyond its end
+    for (const std::uint32_t beyond :
+         {static_cast<std::uint32_t>(family.parent.voxels.size()), 0xffffffffU}) {
+        render::VoxelTransition larger = transition;
+        larger.nodes.parents.back() = beyond;
+        ASSERT_TRUE(shown->addTransitions({&larger, 1}));
+        EXPECT_EQ(shot(half), self);
+        shown->removeChunks(std::array{family.child.key});
+        add(*shown, {&family.child, 1});
+    }
 }
 
 TEST_F(Voxels, refuseWhatMakesNoSense)

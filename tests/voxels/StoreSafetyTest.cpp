@@ -250,5 +250,62 @@ TEST(LmdbStore, hasADurableName)
     EXPECT_TRUE(seen.contains(identityOf(status)));
 }
 
+TEST(FolderStore, takesTheFolderOfAProcessThatWasKilledButNoOther)
+{
+    const tests::TemporaryFolder folder;
+    const fs::path path = folder.path("model");
+    const fs::path part = folder.path("model.part");
+    const auto put = [](const fs::path& file) {
+        fs::create_directories(file.parent_path());
+        std::ofstream(file) << "something";
+    };
+    // while one is written, nobody else writes it
+    {
+        auto first = createFolderStore(path);
+        ASSERT_TRUE(first) << first.error().message;
+        const auto second = createFolderStore(path);
+        ASSERT_FALSE(second);
+        EXPECT_EQ(second.error().code, core::ErrorCode::inputOutput);
+        EXPECT_NE(second.error().message.find("another process"), std::string::npos);
+    }
+    EXPECT_FALSE(fs::exists(part));
+    // what is left of one that was killed is replaced
+    for (const char* file : {"0/1-2-3.chunk", "1/0-0-0.chunk.part", "directory", "model.json.part"})
+        put(part / file);
+    {
+        auto store = createFolderStore(path);
+        ASSERT_TRUE(store) << store.error().message;
+        EXPECT_TRUE(fs::is_empty(part));
+        ASSERT_FALSE((*store)->finish({.name = "nothing", .lattice = {.resolution = 1}}));
+    }
+    EXPECT_TRUE(openFolderStore(path));
+    EXPECT_FALSE(fs::exists(part));
+    fs::remove_all(path);
+    // what isn't a model's stays
+    for (const char* file :
+         {"notes.txt",
+          "0/notes.chunk",
+          "12/1-2-3.chunk",
+          "letters/1-2-3.chunk",
+          "0/1/1-2-3.chunk"}) {
+        put(part / file);
+        const auto refused = createFolderStore(path);
+        ASSERT_FALSE(refused) << file;
+        EXPECT_NE(refused.error().message.find("model.part"), std::string::npos);
+        EXPECT_TRUE(fs::exists(part / file));
+        fs::remove_all(part);
+    }
+}
+
+TEST(LmdbStore, leavesNothingWhereItCanNotBeMade)
+{
+    // a folder in the place of the file that LMDB locks: there the name can't be had
+    const tests::TemporaryFolder folder;
+    fs::create_directories(folder.path("model.part-lock"));
+    EXPECT_FALSE(createStore(folder.path("model")));
+    EXPECT_FALSE(fs::exists(folder.path("model.part")));
+    EXPECT_FALSE(fs::exists(folder.path("model")));
+}
+
 } // namespace
 } // namespace isofront::voxels

@@ -329,6 +329,9 @@ core::Result<std::uint64_t> VoxelStore::add(std::span<const VoxelTransition> tra
         StoredChunk& chunk = _chunks.at(transitions[i].key);
         chunk.transition = (*ranges)[i];
         chunk.redundant = static_cast<std::uint32_t>(transitions[i].nodes.redundant.size());
+        chunk.parents = 0;
+        for (const std::uint32_t at : transitions[i].nodes.parents)
+            chunk.parents = std::max(chunk.parents, at == 0xffffffffU ? at : at + 1);
     }
     return bytes;
 }
@@ -337,7 +340,9 @@ void VoxelStore::fade(PlacedChunk& chunk, float weight) const
 {
     const auto own = _chunks.find(chunk.key);
     const auto parent = _chunks.find(chunk.key.parent());
-    if (own == _chunks.end() || !own->second.transition || parent == _chunks.end())
+    // made from another parent, it would have shaders read beyond this one's voxels
+    if (own == _chunks.end() || !own->second.transition || parent == _chunks.end() ||
+        own->second.parents > parent->second.placed.voxels)
         return;
     chunk.weight = std::max(weight, 0.0F);
     chunk.firstParent = own->second.transition->first * (kPoolUnit / 4);

@@ -101,6 +101,7 @@ private:
         PlacedChunk placed;
         std::optional<gpu::SlabPool::Range> transition;
         std::uint32_t redundant = 0; ///< nodes of it
+        std::uint32_t parents = 0;   ///< that it takes its parent to have, at least
     };
     /// Finds room for all of them and copies them there, or on failure none.
     template <typename T>

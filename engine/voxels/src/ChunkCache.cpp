@@ -1,6 +1,7 @@
 #include "ChunkCache.h"
 
-#include "ChunkCodec.h"
+#include <new>
+#include <optional>
 
 namespace isofront::voxels {
 
@@ -21,10 +22,18 @@ core::Result<std::shared_ptr<const LoadedChunk>> ChunkCache::get(std::uint32_t i
     }
     _entries.emplace(index, Entry{});
     lock.unlock();
-    auto stored = _store.get(_keys[index]);
+    core::Result<std::optional<Chunk>> stored;
     std::shared_ptr<const LoadedChunk> loaded;
-    if (stored && *stored)
-        loaded = std::make_shared<const LoadedChunk>(std::move(**stored));
+    try {
+        stored = _store.get(_keys[index]);
+        if (stored && *stored)
+            loaded = std::make_shared<const LoadedChunk>(std::move(**stored));
+    } catch (const std::bad_alloc&) {
+        // others wait for this chunk: they have to be told
+        stored = core::failure(
+            core::ErrorCode::resourceLimit,
+            nameOf(_keys[index]) + " doesn't fit in memory; use fewer threads or a smaller cache");
+    }
     lock.lock();
     _read.notify_all();
     if (!loaded) {

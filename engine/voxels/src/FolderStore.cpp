@@ -1,5 +1,6 @@
 #include "ChunkCodec.h"
 #include "Durability.h"
+#include "WriterLock.h"
 
 #include <isofront/voxels/ChunkStore.h>
 
@@ -19,8 +20,12 @@ namespace {
 constexpr const char* kModelFile = "model.json";
 constexpr const char* kDirectoryFile = "directory";
 constexpr std::string_view kExtension = ".chunk";
-/// Larger files than any chunk's are not read.
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 28U;
+/// Larger files than any chunk's, all of whose voxels have colours and a look for each face, are
+/// not read.
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{kChunkEdge} * kChunkEdge * kChunkEdge *
+                                          (sizeof(Voxel) + sizeof(std::uint32_t) + sizeof(FaceSet) +
+                                           kFaces * sizeof(FaceAttributes)) +
+                                      1024;
 
 core::Error unusable(const std::filesystem::path& path, const std::string& why)
 {
@@ -98,11 +103,43 @@ std::optional<std::array<std::uint32_t, 3>> numbersOf(std::string_view name)
     return at == end ? std::optional(numbers) : std::nullopt;
 }
 
+/// Whether all that a folder holds may be the beginning of a model.
+bool isLeftOver(const std::filesystem::path& folder)
+{
+    const auto all = [](const std::filesystem::path& in, const auto& isOurs) {
+        std::error_code failed;
+        std::filesystem::directory_iterator entry(in, failed);
+        for (; !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
+            std::error_code ignored;
+            std::filesystem::path name = entry->path().filename();
+            if (name.extension() == ".part")
+                name = name.stem();
+            if (!isOurs(*entry, name, entry->is_regular_file(ignored)))
+                return false;
+        }
+        return !failed;
+    };
+    const auto isChunk = [](const auto&, const std::filesystem::path& name, bool isFile) {
+        return isFile && name.extension() == kExtension && numbersOf(name.stem().string());
+    };
+    return all(folder, [&](const auto& entry, const std::filesystem::path& name, bool isFile) {
+        if (isFile)
+            return name == kModelFile || name == kDirectoryFile;
+        const std::string level = name.string();
+        return level.size() == 1 && level[0] >= '0' && level[0] <= '9' && !entry.is_symlink() &&
+               all(entry.path(), isChunk);
+    });
+}
+
 class FolderStore : public ChunkStore {
 public:
     /// @param written  the name until it is done; empty for one that is
-    explicit FolderStore(std::filesystem::path path, std::filesystem::path written = {})
-        : _path(std::move(path)), _written(std::move(written))
+    /// @param lock     of what is written
+    explicit FolderStore(
+        std::filesystem::path path,
+        std::filesystem::path written = {},
+        std::optional<WriterLock> lock = std::nullopt)
+        : _path(std::move(path)), _written(std::move(written)), _lock(std::move(lock))
     {
     }
     ~FolderStore() override
@@ -150,9 +187,14 @@ public:
         // the names of all files, before the folder has its own
         std::vector<std::filesystem::path> folders{_written};
         std::error_code failed;
-        for (const auto& entry : std::filesystem::directory_iterator(_written, failed))
-            if (entry.is_directory(failed))
-                folders.push_back(entry.path());
+        std::filesystem::directory_iterator entry(_written, failed);
+        for (; !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
+            std::error_code ignored;
+            if (entry->is_directory(ignored))
+                folders.push_back(entry->path());
+        }
+        if (failed)
+            return unusable(_written, "can't be read: " + failed.message());
         for (const std::filesystem::path& folder : folders)
             if (const int code = makeDurable(folder); code != 0)
                 return unusable(folder, "can't be written: " + writeFailure(code));
@@ -174,11 +216,13 @@ public:
         std::vector<ChunkKey> keys;
         for (std::uint32_t level = 0; level < _model.lattice.levels; ++level) {
             std::error_code failed;
-            for (const auto& entry :
-                 std::filesystem::directory_iterator(_path / std::to_string(level), failed)) {
-                if (entry.path().extension() != kExtension)
+            std::filesystem::directory_iterator entry(_path / std::to_string(level), failed);
+            // a step of a range's would throw where a folder can't be read to its end
+            for (; !failed && entry != std::filesystem::directory_iterator();
+                 entry.increment(failed)) {
+                if (entry->path().extension() != kExtension)
                     continue;
-                if (const auto numbers = numbersOf(entry.path().stem().string()))
+                if (const auto numbers = numbersOf(entry->path().stem().string()))
                     keys.push_back({level, (*numbers)[2], (*numbers)[1], (*numbers)[0]});
             }
         }
@@ -226,6 +270,7 @@ private:
 
     std::filesystem::path _path;
     std::filesystem::path _written;     ///< while it is not done
+    std::optional<WriterLock> _lock;    ///< of what is written
     std::vector<ChunkEntry> _directory; ///< of what was put
     StoredModel _model;
 };
@@ -245,12 +290,23 @@ core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesyste
                 core::ErrorCode::usage, path.string() + ": is not empty; name a new folder");
     }
     const std::filesystem::path part = path.string() + ".part";
-    if (!std::filesystem::create_directory(part, failed))
+    auto lock = WriterLock::takeFolder(part, path);
+    if (!lock)
+        return tl::unexpected(lock.error());
+    // nobody is writing it: what is there was left by a process that was killed, or is a user's own
+    if (!isLeftOver(part))
         return tl::unexpected(unusable(
             part,
-            failed ? "can't be made: " + failed.message()
-                   : "is there already; remove it if it is left from earlier work"));
-    return std::make_unique<FolderStore>(path, part);
+            "is there already, with files that no model has; move it or choose another name"));
+    std::filesystem::directory_iterator entry(part, failed);
+    for (; !failed && entry != std::filesystem::directory_iterator(); entry.increment(failed)) {
+        std::filesystem::remove_all(entry->path(), failed);
+        if (failed)
+            break;
+    }
+    if (failed)
+        return tl::unexpected(unusable(part, "can't be emptied: " + failed.message()));
+    return std::make_unique<FolderStore>(path, part, std::move(*lock));
 }
 
 core::Result<std::unique_ptr<ChunkStore>> openFolderStore(const std::filesystem::path& path)

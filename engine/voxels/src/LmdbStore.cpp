@@ -269,11 +269,13 @@ public:
         return std::optional(std::move(*chunk));
     }
 
-private:
+    /// What LMDB makes beside a file that is written.
     static std::filesystem::path lockOf(const std::filesystem::path& path)
     {
         return path.string() + "-lock";
     }
+
+private:
     [[nodiscard]] core::Error error(const char* what, int code) const
     {
         return {
@@ -345,6 +347,7 @@ core::Result<std::unique_ptr<ChunkStore>> createStore(const std::filesystem::pat
     auto environment = Environment::open(part, true);
     if (!environment) {
         std::error_code ignored;
+        std::filesystem::remove(LmdbStore::lockOf(part), ignored);
         std::filesystem::remove(part, ignored);
         return tl::unexpected(environment.error());
     }

@@ -32,11 +32,29 @@ bool isNameOf(const std::filesystem::path& path, int descriptor)
 core::Result<WriterLock>
 WriterLock::take(const std::filesystem::path& path, const std::filesystem::path& asked)
 {
+    return take(path, asked, false);
+}
+
+core::Result<WriterLock>
+WriterLock::takeFolder(const std::filesystem::path& path, const std::filesystem::path& asked)
+{
+    return take(path, asked, true);
+}
+
+core::Result<WriterLock> WriterLock::take(
+    const std::filesystem::path& path, const std::filesystem::path& asked, bool isFolder)
+{
     const auto fail = [&](const std::string& why) -> core::Result<WriterLock> {
         return core::failure(core::ErrorCode::inputOutput, asked.string() + ": " + why);
     };
     for (;;) {
-        WriterLock lock(::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, kMode));
+        constexpr mode_t kFolderMode = 0777;
+        if (isFolder && ::mkdir(path.c_str(), kFolderMode) != 0 && errno != EEXIST)
+            return fail("can't be made: " + writeFailure(errno));
+        const int flags = isFolder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT;
+        WriterLock lock(::open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC, kMode));
+        if (lock._descriptor < 0 && isFolder && errno == ENOENT)
+            continue; // another process has just removed it
         if (lock._descriptor < 0)
             return fail("can't be made: " + writeFailure(errno));
         if (::flock(lock._descriptor, LOCK_EX | LOCK_NB) != 0)
@@ -46,7 +64,7 @@ WriterLock::take(const std::filesystem::path& path, const std::filesystem::path&
                     : "can't be locked: " + writeFailure(errno));
         if (!isNameOf(path, lock._descriptor))
             continue;
-        if (::ftruncate(lock._descriptor, 0) != 0)
+        if (!isFolder && ::ftruncate(lock._descriptor, 0) != 0)
             return fail("can't be made: " + writeFailure(errno));
         return lock;
     }
