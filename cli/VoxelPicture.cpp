@@ -49,21 +49,32 @@ glm::dvec3 forwardOf(const glm::dvec3& up)
     return -glm::normalize(front + 0.45 * glm::cross(up, front) + 0.4 * up);
 }
 
+bool isLandscape(const std::string& name)
+{
+    return name.starts_with("proc:terrain");
+}
+
 /// Landscapes get their own light and ground, all else is an object before a wall.
 void dress(render::Scene& scene, const std::string& name, const glm::dvec3& up)
 {
     scene.up = up;
     scene.look = render::Look::studio;
-    if (!name.starts_with("proc:terrain"))
+    if (!isLandscape(name))
         return;
     scene.look = render::Look::terrain;
-    scene.shadowDistance = 0; // voxels cast none
     const std::string_view key = "preset=";
     const std::size_t preset = name.find(key);
     if (preset != std::string::npos) {
         const std::string kind = name.substr(preset + key.size());
         scene.terrain = render::terrainLook(kind.substr(0, kind.find('&')));
     }
+}
+
+/// So far that the sun's map covers all that a view shows of a box [world].
+double shadowDistance(const core::Box& box, const glm::dvec3& eye)
+{
+    const glm::dvec3 farthest = glm::max(glm::abs(box.low - eye), glm::abs(box.high - eye));
+    return 1.1 * glm::length(farthest); // it is a square, most of which lies before the eye
 }
 
 /// A cube around a box, for the renderer: it sets the near plane.
@@ -125,7 +136,12 @@ core::Result<Picture> drawComplete(
         render::VoxelScene scene = how;
         scene.placed = frame.draws;
         scene.frame = picture.frames;
-        auto drawn = studio.renderer->draw(view, studio.scene, scene);
+        // Nobody sees them: they need no shadows.
+        render::Scene look = studio.scene;
+        look.shadowDistance = frame.isComplete ? look.shadowDistance : 0;
+        if (const auto sun = studio.renderer->sunlight(view, look))
+            scene.casters = streamer.casters(sun->space, sun->texel);
+        auto drawn = studio.renderer->draw(view, look, scene);
         if (!drawn)
             return tl::unexpected(drawn.error());
         picture.stats = *drawn;
@@ -168,6 +184,7 @@ void printJson(
     json["way"] = request.way;
     json["voxels_drawn"] = voxels.voxels;
     json["voxels_splatted"] = voxels.splatted;
+    json["voxels_casting_shadows"] = voxels.shadowVoxels;
     json["chunks_drawn"] = voxels.chunksDrawn;
     json["chunks_damaged"] = picture.damaged.size();
     json["chunk_bytes"] = picture.residentBytes;
@@ -221,12 +238,13 @@ int renderVoxels(const VoxelPictureRequest& request)
          .poolBytes = 2ULL * kNoMeshes,
          .slabBytes = kNoMeshes,
          .samples = request.samples,
-         .shadowMapSize = 16,
+         .shadowMapSize = isLandscape(model.name) ? 2048 : 16,
          .voxelPoolBytes = request.cacheBytes});
     if (!renderer)
         return report(renderer.error());
     studio.renderer = std::move(*renderer);
     dress(studio.scene, model.name, up);
+    studio.scene.shadowDistance = shadowDistance(*box, eye);
     const auto cacheBytes = studio.renderer->chunkCacheBytes();
     if (!cacheBytes)
         return report(cacheBytes.error());

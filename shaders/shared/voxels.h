@@ -19,6 +19,8 @@ const uint kCornersOfVoxel = 12u;
 
 // Where a drawn chunk's pictures are, as shared/transition.h names them.
 const uint kChunkPicturesShift = 24u;
+// Where the octants are that a chunk casts shadows with, one bit for each.
+const uint kChunkOctantsShift = 24u;
 
 // The frame as the voxels' lattice sees it; lengths in voxels of level 0. The lattice's axes are
 // the world's.
@@ -40,8 +42,9 @@ struct DrawnChunk {
     // number of nodes: voxels, and after them redundant ones; its first block.
     uvec4 place;
     // The places of the low and of the high corner of the box around its nodes, packed as voxels
-    // are, and above the first the pictures that it is part of; its number of voxels; the bits of
-    // its weight: 1 for itself, 0 for its parent's looks.
+    // are, and above the first the pictures that it is part of, above the second, of what casts
+    // shadows, the octants; its number of voxels; the bits of its weight: 1 for itself, 0 for its
+    // parent's looks.
     uvec4 box;
     // For weights below 1, in the pool of words: where the list of its nodes' parents begins, and
     // that of the places and directions of its redundant nodes; where the parent chunk's voxels

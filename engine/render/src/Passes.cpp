@@ -150,7 +150,11 @@ void Passes::bind(
 }
 
 void Passes::drawShadows(
-    VkCommandBuffer commands, std::size_t slot, const gpu::Image& map, const MeshDraw& draw) const
+    VkCommandBuffer commands,
+    std::size_t slot,
+    const gpu::Image& map,
+    const MeshDraw& draw,
+    const std::function<void()>& others) const
 {
     gpu::imageBarrier(
         commands, map, gpu::use::kSampledInFragment.discarded(), gpu::use::kDepthWrite);
@@ -164,6 +168,7 @@ void Passes::drawShadows(
     vkCmdBeginRendering(commands, &info);
     bindStage(commands, _shadowPipeline, _mesh, slot);
     drawMesh(commands, map.extent(), draw);
+    others();
     vkCmdEndRendering(commands);
     gpu::imageBarrier(commands, map, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
 }

@@ -46,11 +46,13 @@ public:
         std::function<void(VkCommandBuffer)> issueFading;
     };
     /// The same mesh as the sun sees it.
+    /// @param others  records what else casts shadows
     void drawShadows(
         VkCommandBuffer commands,
         std::size_t slot,
         const gpu::Image& map,
-        const MeshDraw& draw) const;
+        const MeshDraw& draw,
+        const std::function<void()>& others) const;
     /// Instead of `drawShadows`, in a frame without shadows.
     static void skipShadows(VkCommandBuffer commands, const gpu::Image& map);
     void drawMeshes(

@@ -1,5 +1,6 @@
 #include "isofront/render/Renderer.h"
 
+#include "ChunkLists.h"
 #include "Culling.h"
 #include "FrameData.h"
 #include "IndirectDraws.h"
@@ -97,14 +98,14 @@ struct Renderer::Parts {
     void settle(std::size_t index);
     /// The same for all slots that the GPU is done with.
     core::Result<void> settleAll();
-    /// The chunks of a frame, wherever they come from.
-    core::Result<std::vector<PlacedChunk>> listChunks(const VoxelScene& shown) const;
     /// Readies the voxels of a frame. Returns what they are.
+    /// @param castsShadows  whether the sun's map is drawn
     core::Result<VoxelStats> prepareVoxels(
         std::size_t index,
         const hierarchy::View& view,
         const Scene& scene,
-        const VoxelScene& shown);
+        const VoxelScene& shown,
+        bool castsShadows);
     core::Result<void> resize(int width, int height);
     void issueMeshes(
         VkCommandBuffer commands, const Slot& slot, std::size_t first, std::size_t count) const
@@ -116,7 +117,8 @@ struct Renderer::Parts {
         const hierarchy::View& view,
         const Scene& scene,
         bool redrawShadows,
-        bool withVoxels);
+        bool withVoxels,
+        bool castsVoxels);
     /// Keeps the shadow map, or takes a new box for it. Returns true if it must be drawn.
     bool updateSun(const SunBox& wanted, int interval);
     /// Copies an image of the last picture, four bytes a pixel.
@@ -251,7 +253,8 @@ core::Result<void> Renderer::Parts::record(
     const hierarchy::View& view,
     const Scene& scene,
     bool redrawShadows,
-    bool withVoxels)
+    bool withVoxels,
+    bool castsVoxels)
 {
     Slot& slot = slots[index];
     const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
@@ -280,7 +283,10 @@ core::Result<void> Renderer::Parts::record(
             issueMeshes(buffer, slot, seen.size(), sunlit.size());
         }};
     if (redrawShadows)
-        passes.drawShadows(commands, index, shadowMap, draw);
+        passes.drawShadows(commands, index, shadowMap, draw, [&] {
+            if (castsVoxels)
+                voxels->pass.drawShadows(commands, index, shadowMap.extent());
+        });
     else if (!shadowBox.casts)
         Passes::skipShadows(commands, shadowMap);
     pass("shadow");
@@ -443,45 +449,19 @@ core::Result<void> Renderer::Parts::settleAll()
     return {};
 }
 
-core::Result<std::vector<PlacedChunk>> Renderer::Parts::listChunks(const VoxelScene& shown) const
-{
-    const auto refused = [](const std::string& why) {
-        return core::failure(core::ErrorCode::usage, why);
-    };
-    if (!shown.placed.empty() && (!shown.draws.empty() || shown.tree == nullptr))
-        return refused("streamed chunks are drawn with their tree, and without others besides");
-    std::vector<PlacedChunk> chunks;
-    for (const voxels::ChunkDraw& draw : shown.placed) {
-        if (!isWithin(draw, *shown.tree, voxels->store.buffer().bytes()))
-            return refused(
-                "a streamed chunk lies outside the renderer's voxel pool; make the streamer's "
-                "cache no larger than that");
-        chunks.push_back(placed(draw, *shown.tree));
-    }
-    for (const VoxelDraw& draw : shown.draws) {
-        const PlacedChunk* chunk = voxels->store.find(draw.key);
-        if (chunk == nullptr)
-            return refused(
-                "a chunk of level " + std::to_string(draw.key.level) +
-                " is to be drawn that is not on the device; add it first");
-        chunks.push_back(*chunk);
-        chunks.back().occlusionOnly = draw.occlusionOnly;
-        chunks.back().pictures = picturesOf(draw);
-        if (draw.weight < 1)
-            voxels->store.fade(chunks.back(), draw.weight);
-    }
-    return chunks;
-}
-
 core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
-    std::size_t index, const hierarchy::View& view, const Scene& scene, const VoxelScene& shown)
+    std::size_t index,
+    const hierarchy::View& view,
+    const Scene& scene,
+    const VoxelScene& shown,
+    bool castsShadows)
 {
     if (!voxels && shown.draws.empty() && shown.placed.empty())
         return VoxelStats{};
     if (core::Result<void> opened = openVoxels(); !opened)
         return tl::unexpected(opened.error());
     const double near = scene.nearPlane > 0 ? scene.nearPlane : render::defaultNearPlane(domain);
-    const core::Result<std::vector<PlacedChunk>> chunks = listChunks(shown);
+    const core::Result<std::vector<PlacedChunk>> chunks = chunksOf(voxels->store, shown);
     if (!chunks)
         return tl::unexpected(chunks.error());
     VoxelFrame frame = voxelFrame(
@@ -491,6 +471,15 @@ core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
         *chunks,
         voxels->pass.splatsInto(targets.extent()),
         picturesShown(shownWeight(scene)));
+    if (castsShadows && shown.casters.empty())
+        addCasters(frame, view, shown, shadowBox, *chunks);
+    if (castsShadows && !shown.casters.empty()) {
+        const core::Result<std::vector<PlacedChunk>> casters =
+            placedIn(voxels->store, shown.casters, *shown.tree);
+        if (!casters)
+            return tl::unexpected(casters.error());
+        addCasters(frame, view, shown, shadowBox, *casters);
+    }
     frame.stats.uploadedBytes = std::exchange(voxelBytesSinceFrame, 0);
     frame.stats.poolBytesUsed = voxels->store.usedBytes();
     const VoxelStats stats = frame.stats;
@@ -548,12 +537,15 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     stats.cellsDrawn = parts.seen.size();
     stats.cellsFading = parts.fading;
     stats.cellsCulled = parts.store.countIn(shown) - parts.seen.size();
-    const core::Result<VoxelStats> voxelStats = parts.prepareVoxels(index, view, scene, voxels);
+    const core::Result<VoxelStats> voxelStats =
+        parts.prepareVoxels(index, view, scene, voxels, redrawShadows);
     if (!voxelStats)
         return tl::unexpected(voxelStats.error());
     stats.voxels = *voxelStats;
     const bool withVoxels = stats.voxels.chunksDrawn + stats.voxels.boxes > 0;
-    if (core::Result<void> recorded = parts.record(index, view, scene, redrawShadows, withVoxels);
+    const bool castsVoxels = stats.voxels.shadowVoxels > 0;
+    if (core::Result<void> recorded =
+            parts.record(index, view, scene, redrawShadows, withVoxels, castsVoxels);
         !recorded)
         return tl::unexpected(recorded.error());
     if (redrawShadows)
@@ -570,6 +562,20 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     stats.deviceBytes = parts.device->allocatedBytes();
     stats.cpuMilliseconds = millisecondsSince(start);
     return stats;
+}
+
+std::optional<Sunlight> Renderer::sunlight(const hierarchy::View& view, const Scene& scene) const
+{
+    const auto texels = static_cast<int>(_parts->shadowMap.extent().width);
+    const SunBox box = sunBox(_parts->domain, view, scene, texels);
+    if (!box.casts)
+        return std::nullopt;
+    Sunlight light{.space = {.eye = view.eye}, .texel = 2 * box.halfWidth / texels};
+    for (std::size_t i = 0; i < 2; ++i) {
+        light.space.planes[2 * i] = {box.axes[i], box.halfWidth - box.centre[i]};
+        light.space.planes[2 * i + 1] = {-box.axes[i], box.halfWidth + box.centre[i]};
+    }
+    return light;
 }
 
 core::Result<std::vector<PassTime>> Renderer::finish()

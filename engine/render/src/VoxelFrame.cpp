@@ -56,6 +56,12 @@ LatticeView latticeView(const hierarchy::View& view, const voxels::VoxelLattice&
     return result;
 }
 
+bool isWithinReach(const hierarchy::View& view, const voxels::VoxelLattice& lattice)
+{
+    const glm::dvec3 eye = (view.eye - lattice.origin) / lattice.edge;
+    return glm::all(glm::lessThan(glm::abs(eye), glm::dvec3(kFarthestEye)));
+}
+
 /// A chunk in the view pyramid.
 struct Candidate {
     const PlacedChunk* chunk = nullptr;
@@ -79,6 +85,19 @@ glm::dvec3 cornerOf(const voxels::ChunkKey& key, const LatticeView& view)
 {
     const double size = std::ldexp(double{voxels::kChunkEdge}, static_cast<int>(key.level));
     return glm::dvec3(key.x, key.y, key.z) * size - view.cell;
+}
+
+/// The draws of so many nodes of a chunk, in parts that indices can tell apart.
+void appendCubes(
+    std::vector<VkDrawIndexedIndirectCommand>& draws, std::uint32_t nodes, std::uint32_t chunk)
+{
+    for (std::uint32_t voxel = 0; voxel < nodes; voxel += kVoxelsInDraw)
+        draws.push_back(
+            {.indexCount = 18 * std::min(kVoxelsInDraw, nodes - voxel),
+             .instanceCount = 1,
+             .firstIndex = 0,
+             .vertexOffset = static_cast<std::int32_t>(voxel * shared::kCornersOfVoxel),
+             .firstInstance = chunk});
 }
 
 void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& view)
@@ -116,16 +135,10 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
         frame.stats.splatted += nodes;
         return;
     }
-    for (std::uint32_t voxel = 0; voxel < nodes; voxel += kVoxelsInDraw) {
-        const std::uint32_t count = std::min(kVoxelsInDraw, nodes - voxel);
-        frame.cubes.push_back(
-            {.indexCount = 18 * count,
-             .instanceCount = 1,
-             .firstIndex = 0,
-             .vertexOffset = static_cast<std::int32_t>(voxel * shared::kCornersOfVoxel),
-             .firstInstance = index});
-        frame.fadingCubes += candidate.kind == Candidate::fadingCubes ? 1 : 0;
-    }
+    const std::size_t before = frame.cubes.size();
+    appendCubes(frame.cubes, nodes, index);
+    if (candidate.kind == Candidate::fadingCubes)
+        frame.fadingCubes += frame.cubes.size() - before;
 }
 
 /// Whether, and as what, a chunk is drawn.
@@ -197,8 +210,7 @@ VoxelFrame voxelFrame(
     frame.listed = chunks.size();
     frame.findsPattern = scene.findsPattern;
     const double edge = scene.lattice.edge;
-    const glm::dvec3 eye = (view.eye - scene.lattice.origin) / edge;
-    if (!glm::all(glm::lessThan(glm::abs(eye), glm::dvec3(kFarthestEye)))) {
+    if (!isWithinReach(view, scene.lattice)) {
         frame.stats.chunksCulled = chunks.size();
         return frame;
     }
@@ -227,6 +239,47 @@ VoxelFrame voxelFrame(
     }
     frame.stats.boxes = frame.boxes;
     return frame;
+}
+
+void addCasters(
+    VoxelFrame& frame,
+    const hierarchy::View& view,
+    const VoxelScene& scene,
+    const SunBox& sun,
+    std::span<const PlacedChunk> chunks)
+{
+    if (!sun.casts || !isWithinReach(view, scene.lattice))
+        return;
+    const LatticeView seen = latticeView(view, scene.lattice);
+    for (const PlacedChunk& chunk : chunks) {
+        if ((chunk.pictures & shared::kInPresent) == 0)
+            continue;
+        const double size = std::ldexp(1.0, static_cast<int>(chunk.key.level));
+        const glm::dvec3 corner = cornerOf(chunk.key, seen);
+        const glm::dvec3 low = corner - seen.within + size * placeOf(chunk.low);
+        const glm::dvec3 high = corner - seen.within + size * (placeOf(chunk.high) + 1.0);
+        const glm::dvec3 centre = 0.5 * scene.lattice.edge * (low + high);
+        const glm::dvec3 half = 0.5 * scene.lattice.edge * (high - low);
+        bool inside = true;
+        for (std::size_t i = 0; i < 2; ++i)
+            inside = inside && std::abs(glm::dot(sun.axes[i], centre) - sun.centre[i]) <=
+                                   sun.halfWidth + glm::dot(glm::abs(sun.axes[i]), half);
+        if (!inside)
+            continue;
+        const auto index = static_cast<std::uint32_t>(frame.chunks.size());
+        const std::uint32_t octants = chunk.octants;
+        frame.chunks.push_back(
+            {.cornerAndLevel = shared::ivec4(glm::ivec3(corner), static_cast<int>(chunk.key.level)),
+             .place = {chunk.firstWord, chunk.firstColour, chunk.voxels, 0},
+             .box =
+                 {chunk.low,
+                  chunk.high | octants << shared::kChunkOctantsShift,
+                  chunk.voxels,
+                  std::bit_cast<std::uint32_t>(1.0F)},
+             .fade = {}});
+        appendCubes(frame.shadows, chunk.voxels, index);
+        frame.stats.shadowVoxels += chunk.voxels;
+    }
 }
 
 } // namespace isofront::render

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "SunBox.h"
 #include "VoxelStore.h"
 #include "isofront/render/Voxels.h"
 #include "shared/voxels.h"
@@ -15,13 +16,13 @@
 namespace isofront::render {
 
 /// What the GPU gets to draw a frame's voxels. The chunks are in this order: shown as splats, shown
-/// as cubes, shown as cubes in one of two pictures only, tested by their boxes only; within each
-/// the nearest first.
+/// as cubes, shown as cubes in one of two pictures only, tested by their boxes only, and those that
+/// cast shadows, which may be the same ones again; within each but the last the nearest first.
 struct VoxelFrame {
     shared::VoxelView view{};
     std::vector<shared::DrawnChunk> chunks;
-    std::vector<voxels::ChunkKey> keys; ///< of the chunks
-    std::vector<std::uint32_t> places;  ///< of the chunks, in the list that the frame was made from
+    std::vector<voxels::ChunkKey> keys; ///< of the chunks but those that cast shadows
+    std::vector<std::uint32_t> places;  ///< of these, in the list that the frame was made from
     std::size_t listed = 0;             ///< chunks in that list
     /// Places of chunks that were only to be tested, but are too close for it.
     std::vector<std::uint32_t> untested;
@@ -31,6 +32,7 @@ struct VoxelFrame {
     std::uint32_t splatBlocks = 0; ///< the first of the blocks
     std::uint32_t firstBox = 0;    ///< chunks from there on are only tested
     std::uint32_t boxes = 0;
+    std::vector<VkDrawIndexedIndirectCommand> shadows;
     VoxelStats stats;
     bool findsPattern = false;
 };
@@ -55,5 +57,14 @@ VoxelFrame voxelFrame(
     std::span<const PlacedChunk> chunks,
     bool splats,
     std::uint32_t pictures);
+
+/// Adds those chunks that may cast shadows into the sun's map, as they are in the present picture.
+/// @param sun  seen from the view's eye
+void addCasters(
+    VoxelFrame& frame,
+    const hierarchy::View& view,
+    const VoxelScene& scene,
+    const SunBox& sun,
+    std::span<const PlacedChunk> chunks);
 
 } // namespace isofront::render

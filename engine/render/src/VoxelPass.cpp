@@ -11,6 +11,7 @@
 #include <isofront/shaders/voxelCubeVert.h>
 #include <isofront/shaders/voxelMergeFrag.h>
 #include <isofront/shaders/voxelMergeSamplesFrag.h>
+#include <isofront/shaders/voxelShadowVert.h>
 #include <isofront/shaders/voxelSplatComp.h>
 #include <isofront/shaders/voxelSurfaceFrag.h>
 #include <isofront/shaders/voxelSurfaceSamplesFrag.h>
@@ -157,6 +158,10 @@ core::Result<void> VoxelPass::makePipelines()
                 .writesDepth = false,
                 .samples = _samples}},
         std::pair{
+            &_shadowPipeline,
+            gpu::GraphicsPipeline{
+                .vertexShader = voxelShadowVert, .layout = layout, .depthFormat = kDepthFormat}},
+        std::pair{
             &_surfacePipeline,
             gpu::GraphicsPipeline{
                 .vertexShader = fullscreenVert,
@@ -252,7 +257,7 @@ core::Result<void> VoxelPass::fill(Slot& slot) const
         gpu::MemoryKind kind;
     };
     const VoxelFrame& frame = slot.frame;
-    const std::size_t flags = frame.chunks.size() * sizeof(std::uint32_t);
+    const std::size_t flags = frame.keys.size() * sizeof(std::uint32_t);
     constexpr auto kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     constexpr auto kUpload = gpu::MemoryKind::upload;
     const std::array wanted{
@@ -262,6 +267,11 @@ core::Result<void> VoxelPass::fill(Slot& slot) const
         Wanted{
             &slot.cubes,
             frame.cubes.size() * sizeof(VkDrawIndexedIndirectCommand),
+            VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
+            kUpload},
+        Wanted{
+            &slot.shadows,
+            frame.shadows.size() * sizeof(VkDrawIndexedIndirectCommand),
             VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
             kUpload},
         Wanted{
@@ -280,6 +290,7 @@ core::Result<void> VoxelPass::fill(Slot& slot) const
     copyInto(slot.chunks, frame.chunks);
     copyInto(slot.blocks, frame.blocks);
     copyInto(slot.cubes, frame.cubes);
+    copyInto(slot.shadows, frame.shadows);
     return {};
 }
 
@@ -422,6 +433,17 @@ void VoxelPass::drawSurface(
     gpu::imageBarrier(commands, _colours, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
 }
 
+void VoxelPass::drawShadows(VkCommandBuffer commands, std::size_t slot, VkExtent2D map) const
+{
+    const Slot& mine = _slots[slot];
+    if (mine.frame.shadows.empty())
+        return;
+    bindStage(commands, _shadowPipeline, _stage, slot);
+    gpu::setRasterState(commands, map, VK_CULL_MODE_NONE);
+    vkCmdBindIndexBuffer(commands, _indices.get(), 0, VK_INDEX_TYPE_UINT16);
+    issueDraws(*_device, commands, mine.shadows, 0, mine.frame.shadows.size(), _indirect);
+}
+
 void VoxelPass::record(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const
 {
     const Slot& mine = _slots[slot];
@@ -440,7 +462,7 @@ void VoxelPass::record(VkCommandBuffer commands, std::size_t slot, const Targets
         _pattern->record(commands, slot, _names, targets.depth);
 
     gpu::memoryBarrier(commands, gpu::use::kFragmentStorage, gpu::use::kTransferRead);
-    const VkBufferCopy all{.size = mine.frame.chunks.size() * sizeof(std::uint32_t)};
+    const VkBufferCopy all{.size = mine.frame.keys.size() * sizeof(std::uint32_t)};
     vkCmdCopyBuffer(commands, mine.visible.get(), mine.seen.get(), 1, &all);
     gpu::memoryBarrier(commands, gpu::use::kTransferWrite, gpu::use::kHostRead);
 }
@@ -461,8 +483,7 @@ std::span<const std::uint32_t> VoxelPass::visible(std::size_t slot) const
 {
     const Slot& mine = _slots[slot];
     return {
-        reinterpret_cast<const std::uint32_t*>(mine.seen.mapped().data()),
-        mine.frame.chunks.size()};
+        reinterpret_cast<const std::uint32_t*>(mine.seen.mapped().data()), mine.frame.keys.size()};
 }
 
 } // namespace isofront::render

@@ -41,6 +41,8 @@ public:
         VkExtent2D extent,
         const gpu::Buffer& frameBlock,
         const gpu::Buffer& pool);
+    /// Draws what casts shadows into the sun's map, in the pass that is under way.
+    void drawShadows(VkCommandBuffer commands, std::size_t slot, VkExtent2D map) const;
     /// Draws what the slot was readied for. The mesh pass is done, shading comes next.
     void record(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
     /// Colours of voxels that have some, for the shading pass.
@@ -49,8 +51,8 @@ public:
     [[nodiscard]] const gpu::Image& names() const { return _names; }
     /// What the slot was last readied for.
     [[nodiscard]] const VoxelFrame& frame(std::size_t slot) const { return _slots[slot].frame; }
-    /// One flag for each of its chunks: whether any pixel shows it, or would. Call when the slot's
-    /// commands have been carried out.
+    /// One flag for each of its chunks but those that cast shadows: whether any pixel shows it, or
+    /// would. Call when the slot's commands have been carried out.
     [[nodiscard]] std::span<const std::uint32_t> visible(std::size_t slot) const;
     /// The same for the nearest voxel; none if it wasn't asked for.
     [[nodiscard]] std::optional<ShownPattern> pattern(std::size_t slot) const;
@@ -63,6 +65,7 @@ private:
         gpu::Buffer chunks;  ///< a shared::DrawnChunk for each chunk
         gpu::Buffer blocks;  ///< a shared::VoxelBlock for each block
         gpu::Buffer cubes;   ///< a VkDrawIndexedIndirectCommand for each draw
+        gpu::Buffer shadows; ///< the same, for the sun
         gpu::Buffer visible; ///< a flag for each chunk
         gpu::Buffer seen;    ///< the same, for the CPU
     };
@@ -81,7 +84,7 @@ private:
     gpu::Sampler _nearest;
     Stage _stage;
     gpu::Pipeline _cubePipeline, _fadingPipeline, _splatPipeline, _mergePipeline, _boxPipeline,
-        _surfacePipeline;
+        _surfacePipeline, _shadowPipeline;
     gpu::Buffer _indices; ///< of kVoxelsInDraw voxels' faces
     gpu::Buffer _splats;  ///< depth and name of each sample
     gpu::Image _names, _colours;

@@ -108,7 +108,8 @@ PlacedChunk placed(const voxels::ChunkDraw& draw, const voxels::ChunkTree& tree)
         .low = voxels::packPlace(entry.low[0], entry.low[1], entry.low[2], 0),
         .high = voxels::packPlace(entry.high[0], entry.high[1], entry.high[2], 0),
         .occlusionOnly = draw.occlusionOnly,
-        .pictures = picturesOf(draw)};
+        .pictures = picturesOf(draw),
+        .octants = draw.octants};
     const voxels::ChunkIndex parent = tree[draw.index].parent;
     if (!draw.fades || parent == voxels::kNoChunk)
         return chunk;

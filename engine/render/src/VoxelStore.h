@@ -31,6 +31,7 @@ struct PlacedChunk {
     std::uint32_t high = 0;
     bool occlusionOnly = false; ///< as VoxelDraw says
     std::uint32_t pictures = shared::kInBoth;
+    std::uint8_t octants = 0xff; ///< as voxels::ChunkDraw says
     // For weights below 1:
     float weight = 1;               ///< as VoxelDraw says
     std::uint32_t firstParent = 0;  ///< word of its nodes' parents; its redundant nodes follow

@@ -3,6 +3,7 @@
 #include "ChunkLoader.h"
 #include "ChunkSelection.h"
 #include "DeviceCache.h"
+#include "ShadowCasters.h"
 
 #include <algorithm>
 #include <cmath>
@@ -86,6 +87,18 @@ public:
             visible, [this](ChunkIndex i) { return _isResident[i]; }, _secondPass);
         findPlaces(_secondPass);
         return _secondPass;
+    }
+
+    std::span<const ChunkDraw> casters(const ChunkView& sun, double texel) override
+    {
+        _casters.clear();
+        // what a damaged chunk holds instead is a part of a coarser one, which may as well cast itself
+        const auto isThere = [this](ChunkIndex i) {
+            return _isResident[i] && !_selection.isDamaged(i);
+        };
+        castersInto(_tree, isThere, sun, texel, _casters);
+        findPlaces(_casters);
+        return _casters;
     }
 
     void waitForChunks() override { _loader.wait(); }
@@ -345,6 +358,7 @@ private:
     std::vector<ChunkSelection::Wanted> _scratch;
     std::vector<ChunkIndex> _kept;
     std::vector<ChunkDraw> _secondPass;
+    std::vector<ChunkDraw> _casters;
     int _step = 0;    ///< of coarsening
     int _returns = 0; ///< how often it rose in this view
     bool _isResting = false;

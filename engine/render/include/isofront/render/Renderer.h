@@ -162,12 +162,16 @@ public:
     /// Draws a picture of the view's size, and returns before it is done.
     ///
     /// Voxels and meshes hide each other. As meshes they get their light by their normals; a colour
-    /// takes the place of the look's materials. They receive shadows, but cast none.
+    /// takes the place of the look's materials. They receive the sun's shadows and cast some, into
+    /// the same map.
     ///
     /// @return usage if the view is not valid or too large for the device, or a chunk that is to be
     ///         drawn isn't there, or there are draws of both kinds
     core::Result<FrameStats>
     draw(const hierarchy::View& view, const Scene& scene, const VoxelScene& voxels = {});
+    /// What of a scene may cast shadows into a picture of it; nothing if it has none.
+    [[nodiscard]] std::optional<Sunlight>
+    sunlight(const hierarchy::View& view, const Scene& scene) const;
     /// Waits for the last picture. @return what its passes cost on the GPU, in order
     core::Result<std::vector<PassTime>> finish();
 

@@ -3,6 +3,7 @@
 #include <isofront/voxels/Chunk.h>
 #include <isofront/voxels/ChunkStreamer.h>
 #include <isofront/voxels/ChunkTree.h>
+#include <isofront/voxels/ChunkView.h>
 #include <isofront/voxels/LevelEvaluation.h>
 #include <isofront/voxels/LevelTransition.h>
 #include <isofront/voxels/Voxelization.h>
@@ -53,6 +54,9 @@ struct VoxelScene {
     /// those of its second pass may follow. `tree` is the streamer's.
     std::span<const voxels::ChunkDraw> placed{};
     const voxels::ChunkTree* tree = nullptr;
+    /// What casts shadows, besides meshes: what the streamer says of `Renderer::sunlight`. If there
+    /// is none, all chunks above do, in view or not, as fine as they are.
+    std::span<const voxels::ChunkDraw> casters{};
     /// The streamer's number of the frame, by which `takeSights` and `completedFrame` name it; 0
     /// for none.
     std::uint64_t frame = 0;
@@ -62,6 +66,12 @@ struct VoxelScene {
     float largestSplat = 6;
     /// Whether to find the picture's pattern node, see ShownPattern. Costs two looks at each pixel.
     bool findsPattern = false;
+};
+
+/// What the sun's map covers in a picture, for voxels::ChunkStreamer::casters.
+struct Sunlight {
+    voxels::ChunkView space;
+    double texel = 0; ///< width of the map's [world]
 };
 
 /// What a pixel shows of a voxel model.
@@ -106,6 +116,7 @@ struct VoxelStats {
     std::size_t chunksDrawn = 0;     ///< in the view pyramid, and shown
     std::size_t chunksFading = 0;    ///< of these, in one of two pictures only
     std::size_t chunksCulled = 0;    ///< outside the view pyramid
+    std::uint64_t shadowVoxels = 0;  ///< in the chunks that may cast shadows, drawn once more
     std::size_t boxes = 0;           ///< of chunks that are only tested
     std::uint64_t uploadedBytes = 0; ///< since the last frame
     std::uint64_t poolBytesUsed = 0; ///< of the voxel pool, chunks on their way out included

@@ -91,6 +91,9 @@ struct ChunkDraw {
     /// Which of the two pictures of a transition it is part of.
     bool inFormer = true;
     bool inPresent = true;
+    /// The part that is drawn, one bit for each octant in the order of ChunkKey::child; less than
+    /// all only of what casts shadows.
+    std::uint8_t octants = 0xff;
     /// No voxels are fine enough here: the model's source should be drawn, if there is one.
     bool needsSource = false;
 };
@@ -200,6 +203,14 @@ public:
     /// @param visible  one for each draw of the last update
     /// @return opaque, front to back; valid until the next update
     virtual std::span<const ChunkDraw> secondPass(std::span<const std::uint32_t> visible) = 0;
+
+    /// What casts shadows into the same frame, out of what is there: all of the model that the
+    /// sun's map covers, in view or not. Nothing is loaded for it. Out of view, and where the map
+    /// is coarse, it is coarser than what is drawn; but it contains all that it stands for.
+    /// @param sun    what the map covers; valid
+    /// @param texel  width of its texels: voxels needn't be finer [world]
+    /// @return in any order; valid until the next update
+    virtual std::span<const ChunkDraw> casters(const ChunkView& sun, double texel) = 0;
 
     /// Waits until a chunk that was asked for is loaded, if there is any, so that the next update
     /// gets further: for pictures that are to be complete.
