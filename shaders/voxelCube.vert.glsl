@@ -6,6 +6,7 @@
 #include "include/voxel.glsl"
 
 layout(location = 0) flat out uint name;
+layout(location = 1) flat out uint pictures;
 
 invariant gl_Position;
 
@@ -21,7 +22,8 @@ void main()
     Cube cube = nodeOf(chunk, voxel, faces);
     uint axis = corner >> 2u;
     uint shown = (faces & facesTowardsEye(cube)) >> (2u * axis);
-    if ((shown & 3u) == 0u) {
+    pictures = picturesOf(chunk, packedPlaceOf(chunk, voxel));
+    if ((shown & 3u) == 0u || pictures == 0u) {
         gl_Position = vec4(0.0, 0.0, -1.0, 1.0);
         return;
     }

@@ -88,7 +88,7 @@ void main()
         return;
     ivec4 reach = reachOf(cube);
     uint64_t name = uint64_t(nameOf(chunk, voxel));
-    uint pictures = picturesOf(chunk);
+    uint pictures = picturesOf(chunk, packedPlaceOf(chunk, voxel));
     bool fades = pictures != kInBoth;
     uint count = uint(frame.sampling.x);
 

@@ -59,9 +59,35 @@ float weightOf(DrawnChunk chunk)
     return uintBitsToFloat(chunk.box.w);
 }
 
-uint picturesOf(DrawnChunk chunk)
+#define ISOFRONT_OWNERS_BINDING 8
+#include "include/owners.glsl"
+
+// The pictures that show a voxel, or a redundant node in its place: those of the chunk in which a
+// block within two voxels of it is the voxels'. So voxels and meshes overlap where they meet.
+uint picturesOf(DrawnChunk chunk, uint packed)
 {
-    return chunk.box.x >> kChunkPicturesShift;
+    uint pictures = chunk.box.x >> kChunkPicturesShift;
+    if ((pictures & kLooksUp) == 0u)
+        return pictures & kInBoth;
+    int level = chunk.cornerAndLevel.w;
+    int bits = int(frame.blockCount.w);
+    ivec3 low = chunk.cornerAndLevel.xyz + view.cell.xyz + (placeOf(packed) << level);
+    ivec3 last = ivec3(frame.blockCount.xyz) - 1;
+    ivec3 from = clamp((low - (2 << level)) >> bits, ivec3(0), last);
+    ivec3 to = clamp((low + (3 << level) - 1) >> bits, ivec3(0), last);
+    uint shown = 0u;
+    for (int z = from.z; z <= to.z; ++z)
+        for (int y = from.y; y <= to.y; ++y)
+            for (int x = from.x; x <= to.x; ++x)
+                shown |= voxelsHave(ivec3(x, y, z));
+    return pictures & shown;
+}
+
+// Where a node's place is written.
+uint packedPlaceOf(DrawnChunk chunk, uint node)
+{
+    return node < chunk.box.z ? words[chunk.place.x + 2u * node]
+                              : words[chunk.fade.y + node - chunk.box.z];
 }
 
 // Whether a pixel shows one of these pictures.

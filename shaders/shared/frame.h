@@ -63,6 +63,13 @@ struct Frame {
     vec4 sampling;
     // Where they lie, from the pixel's middle, in x and y [px].
     vec4 samples[kMostSamples];
+    // Where meshes and voxels share a picture, space is cut into blocks, each of which one of them
+    // has. Rows that take a difference of grid points to a place among the blocks [blocks]; in
+    // their w: what to add.
+    vec4 blockFromGrid[3];
+    // How many blocks there are along each axis; in w how many bits tell the voxels of level 0 in
+    // one along an axis.
+    uvec4 blockCount;
 };
 
 // Where a drawn cell lies: low corner [lattice units]; in w its exponent, and above its 8 bits the
@@ -86,7 +93,9 @@ static_assert(offsetof(isofront::shared::Frame, sunDirection) == 14 * 16);
 static_assert(offsetof(isofront::shared::Frame, airScattering) == 18 * 16);
 static_assert(offsetof(isofront::shared::Frame, colours) == 29 * 16);
 static_assert(offsetof(isofront::shared::Frame, transition) == 34 * 16);
-static_assert(sizeof(isofront::shared::Frame) == 44 * 16);
+static_assert(offsetof(isofront::shared::Frame, blockFromGrid) == 44 * 16);
+static_assert(offsetof(isofront::shared::Frame, blockCount) == 47 * 16);
+static_assert(sizeof(isofront::shared::Frame) == 48 * 16);
 static_assert(sizeof(isofront::shared::DrawnCell) == 16);
 #endif
 

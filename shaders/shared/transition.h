@@ -12,6 +12,8 @@ ISOFRONT_SHARED_BEGIN
 const uint kInFormer = 1u;
 const uint kInPresent = 2u;
 const uint kInBoth = 3u;
+// Beside them: a part of it may lie in blocks that others have, so each place has to be looked up.
+const uint kLooksUp = 4u;
 
 // From which weight on the pixel at column x and row y shows the present picture: in (0, 1), each
 // of 64 equally spaced numbers once in a square of 8 x 8 pixels, neighbours as different as can be.

@@ -32,6 +32,8 @@ struct VoxelView {
     vec4 clipX;
     vec4 clipY;
     vec4 clipW;
+    // The cell of the lattice that the eye is in [voxels of level 0].
+    ivec4 cell;
 };
 
 // A chunk that is drawn.
@@ -60,7 +62,7 @@ struct VoxelBlock {
 ISOFRONT_SHARED_END
 
 #ifdef __cplusplus
-static_assert(sizeof(isofront::shared::VoxelView) == 4 * 16);
+static_assert(sizeof(isofront::shared::VoxelView) == 5 * 16);
 static_assert(sizeof(isofront::shared::DrawnChunk) == 4 * 16);
 static_assert(sizeof(isofront::shared::VoxelBlock) == 8);
 #endif

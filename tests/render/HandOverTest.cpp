@@ -432,7 +432,9 @@ TEST_F(HandOverTest, knowsTheOwnersOfBoxes)
         core::Box box = tree()[i].box;
         box.low -= 2 * tree().voxelEdge(tree()[i].entry.key.level);
         box.high += 2 * tree().voxelEdge(tree()[i].entry.key.level);
-        EXPECT_EQ(subject.ownersAround(tree()[i]).voxels, brute(box).voxels);
+        EXPECT_EQ(
+            subject.ownersAround(tree()[i].box, tree()[i].entry.key.level).voxels,
+            brute(box).voxels);
     }
 }
 

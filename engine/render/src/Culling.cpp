@@ -46,11 +46,48 @@ void visibleInto(
     });
 }
 
+namespace {
+
+core::Box worldBoxOf(const StoredCell& cell, const hierarchy::Domain& domain)
+{
+    core::Box box;
+    for (unsigned corner = 0; corner < 8; ++corner)
+        box.include(domain.worldFromGrid(
+            {(corner & 1U) != 0 ? cell.high.x : cell.low.x,
+             (corner & 2U) != 0 ? cell.high.y : cell.low.y,
+             (corner & 4U) != 0 ? cell.high.z : cell.low.z}));
+    return box;
+}
+
+} // namespace
+
+void picturesInto(
+    std::span<const StoredCell> cells,
+    const hierarchy::Domain& domain,
+    const HandOver* handOver,
+    std::uint32_t shown,
+    std::vector<std::uint32_t>& order,
+    std::vector<std::uint32_t>& pictures)
+{
+    pictures.resize(cells.size());
+    for (const std::uint32_t index : order) {
+        const StoredCell& cell = cells[index];
+        pictures[index] = cell.pictures & shared::kInBoth;
+        if (handOver == nullptr)
+            continue;
+        const Owners owners = handOver->ownersOf(worldBoxOf(cell, domain));
+        pictures[index] &= owners.meshes;
+        if ((pictures[index] & owners.voxels & shown) != 0)
+            pictures[index] |= shared::kLooksUp;
+    }
+    std::erase_if(order, [&](std::uint32_t index) { return (pictures[index] & shown) == 0; });
+}
+
 std::size_t moveFadingLast(
-    std::span<const StoredCell> cells, std::uint32_t shown, std::vector<std::uint32_t>& order)
+    std::span<const std::uint32_t> pictures, std::uint32_t shown, std::vector<std::uint32_t>& order)
 {
     const auto first = std::stable_partition(order.begin(), order.end(), [&](std::uint32_t cell) {
-        return !isFading(cells[cell].pictures, shown);
+        return !isFading(pictures[cell], shown);
     });
     return static_cast<std::size_t>(order.end() - first);
 }

@@ -2,6 +2,7 @@
 
 #include "FrameData.h"
 #include "MeshStore.h"
+#include "isofront/render/HandOver.h"
 
 #include <cstdint>
 #include <span>
@@ -21,17 +22,35 @@ void visibleInto(
     std::vector<std::uint32_t>& order,
     std::uint32_t pictures = shared::kInBoth);
 
-/// Moves those of the cells last, in their order, that are part of one only of the pictures that a
-/// frame shows. Returns how many they are.
+/// What cells are part of in a frame: those of their pictures that it shows, less those in which
+/// voxels have all of a cell's place; and shared::kLooksUp if they have a part of it. Takes cells
+/// of which nothing is left out of the order.
+///
+/// @param handOver  null: voxels have nothing
+/// @param pictures  receives as many as there are cells; of those in the order only
+void picturesInto(
+    std::span<const StoredCell> cells,
+    const hierarchy::Domain& domain,
+    const HandOver* handOver,
+    std::uint32_t shown,
+    std::vector<std::uint32_t>& order,
+    std::vector<std::uint32_t>& pictures);
+
+/// Moves those of the cells last, in their order, that aren't shown in all pixels. Returns how many
+/// they are.
+/// @param pictures  of the cells, as `picturesInto` leaves them
 std::size_t moveFadingLast(
-    std::span<const StoredCell> cells, std::uint32_t shown, std::vector<std::uint32_t>& order);
+    std::span<const std::uint32_t> pictures,
+    std::uint32_t shown,
+    std::vector<std::uint32_t>& order);
 
 /// The pictures that a frame shows, by the weight of the present one.
 std::uint32_t picturesShown(float weight);
-/// Whether a thing that is part of some pictures is part of one only of those that a frame shows.
+/// Whether a thing that is part of some pictures isn't shown in all pixels: because it is part of
+/// one only of those that a frame shows, or a part of its place is another's.
 inline bool isFading(std::uint32_t pictures, std::uint32_t shown)
 {
-    return (pictures & shown) != shown;
+    return (pictures & shown) != shown || (pictures & shared::kLooksUp) != 0;
 }
 
 } // namespace isofront::render

@@ -125,7 +125,8 @@ shared::Frame frameData(
     const Scene& scene,
     const SunBox& sunBox,
     int shadowTexels,
-    int samples)
+    int samples,
+    const HandOver* handOver)
 {
     const Camera camera = cameraOf(view);
     const glm::dmat3 linear = worldFromGrid(domain);
@@ -199,6 +200,14 @@ shared::Frame frameData(
         frame.colours[1] = shared::vec4(scene.studio.cap, 0.0F);
     }
     frame.transition = shared::vec4(shownWeight(scene), 0.0F, 0.0F, 0.0F);
+    if (handOver != nullptr) {
+        const BlockGrid& grid = handOver->grid();
+        const glm::dmat3 rows = glm::transpose(linear) / grid.edge;
+        const glm::dvec3 at = (domain.worldFromGrid(eye) - grid.origin) / grid.edge;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            frame.blockFromGrid[axis] = row(rows[axis], at[axis]);
+        frame.blockCount = {grid.count.x, grid.count.y, grid.count.z, grid.bits};
+    }
     return frame;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "SunBox.h"
+#include "isofront/render/HandOver.h"
 #include "isofront/render/Scene.h"
 #include "shared/frame.h"
 
@@ -43,12 +44,14 @@ float shownWeight(const Scene& scene);
 /// What the shaders get.
 /// @param shadowTexels  along a side of the shadow map
 /// @param samples       of a pixel: 1, 4 or 8
+/// @param handOver      null where voxels have no place of their own
 shared::Frame frameData(
     const hierarchy::Domain& domain,
     const hierarchy::View& view,
     const Scene& scene,
     const SunBox& sunBox,
     int shadowTexels,
-    int samples);
+    int samples,
+    const HandOver* handOver = nullptr);
 
 } // namespace isofront::render

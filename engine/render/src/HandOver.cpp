@@ -333,11 +333,10 @@ Owners HandOver::ownersOf(const core::Box& box) const
     return owners;
 }
 
-Owners HandOver::ownersAround(const voxels::ChunkTree::Node& chunk) const
+Owners HandOver::ownersAround(const core::Box& box, std::uint32_t level) const
 {
-    const double margin =
-        kOverlap * std::ldexp(_voxelEdge, static_cast<int>(chunk.entry.key.level));
-    return ownersOf({chunk.box.low - margin, chunk.box.high + margin});
+    const double margin = kOverlap * std::ldexp(_voxelEdge, static_cast<int>(level));
+    return ownersOf({box.low - margin, box.high + margin});
 }
 
 } // namespace isofront::render

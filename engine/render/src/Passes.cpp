@@ -69,7 +69,8 @@ Passes::create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits s
         gpu::Binding{
             VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER,
             VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT},
-        gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT}};
+        gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT},
+        gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_FRAGMENT_BIT}};
     constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage, kImage};
     constexpr std::array kAntialiasBindings{kFrameInFragment, kImage};
     take(passes._mesh, [&] { return makeStage(device, kMeshBindings, slots); });
@@ -127,6 +128,7 @@ void Passes::bind(
     std::size_t slot,
     const gpu::Buffer& frame,
     const gpu::Buffer& cells,
+    const gpu::Buffer& owners,
     const Targets& targets,
     const gpu::Image& colours,
     const gpu::Image& shadowMap) const
@@ -135,7 +137,8 @@ void Passes::bind(
     const auto read = [&](const gpu::Image& image) {
         return gpu::Bound{.image = &image, .sampler = _nearest.get()};
     };
-    _mesh.sets.write(slot, std::array{frameBound, gpu::Bound{.buffer = &cells}});
+    _mesh.sets.write(
+        slot, std::array{frameBound, gpu::Bound{.buffer = &cells}, gpu::Bound{.buffer = &owners}});
     _shade.sets.write(
         slot,
         std::array{

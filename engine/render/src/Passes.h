@@ -31,6 +31,7 @@ public:
         std::size_t slot,
         const gpu::Buffer& frame,
         const gpu::Buffer& cells,
+        const gpu::Buffer& owners,
         const Targets& targets,
         const gpu::Image& colours,
         const gpu::Image& shadowMap) const;

@@ -81,8 +81,10 @@ struct Renderer::Parts {
     gpu::Commands copying;
     std::uint64_t uploadedSinceFrame = 0;
     gpu::Image shadowMap;
-    std::vector<std::uint32_t> seen;   ///< cells on screen, the nearest first; then fading ones
-    std::size_t fading = 0;            ///< how many of them fade
+    std::vector<std::uint32_t> seen;     ///< cells on screen, the nearest first; then fading ones
+    std::size_t fading = 0;              ///< how many of them aren't shown in all pixels
+    std::vector<std::uint32_t> pictures; ///< what those cells are part of
+    std::vector<std::uint32_t> sunlitPictures;
     SunBox shadowBox;                  ///< what the shadow map shows
     int mapAge = 0;                    ///< in frames
     std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
@@ -116,6 +118,7 @@ struct Renderer::Parts {
         std::size_t index,
         const hierarchy::View& view,
         const Scene& scene,
+        const HandOver* handOver,
         bool redrawShadows,
         bool withVoxels,
         bool castsVoxels);
@@ -187,6 +190,8 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .copying = std::move(*copying),
         .shadowMap = std::move(*shadowMap),
         .seen = {},
+        .pictures = {},
+        .sunlitPictures = {},
         .shadowBox = {},
         .sunlit = {},
         .voxels = {},
@@ -252,6 +257,7 @@ core::Result<void> Renderer::Parts::record(
     std::size_t index,
     const hierarchy::View& view,
     const Scene& scene,
+    const HandOver* handOver,
     bool redrawShadows,
     bool withVoxels,
     bool castsVoxels)
@@ -259,11 +265,11 @@ core::Result<void> Renderer::Parts::record(
     Slot& slot = slots[index];
     const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
     const shared::Frame frame =
-        frameData(domain, view, scene, shadowBox, shadowTexels, options.samples);
+        frameData(domain, view, scene, shadowBox, shadowTexels, options.samples, handOver);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
     // Where nothing has a colour of its own, nobody looks.
     const gpu::Image& colours = withVoxels ? voxels->pass.colours() : targets.surface;
-    passes.bind(index, slot.frame, slot.cells, targets, colours, shadowMap);
+    passes.bind(index, slot.frame, slot.cells, slot.owners, targets, colours, shadowMap);
 
     const VkCommandBuffer commands = slot.commands.get();
     slot.timestamps.reset(commands);
@@ -486,7 +492,12 @@ core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
     if (frame.chunks.empty())
         return stats;
     if (core::Result<void> ready = voxels->pass.prepare(
-            index, std::move(frame), targets.extent(), slots[index].frame, voxels->store.buffer());
+            index,
+            std::move(frame),
+            targets.extent(),
+            slots[index].frame,
+            voxels->store.buffer(),
+            slots[index].owners);
         !ready)
         return tl::unexpected(ready.error());
     return stats;
@@ -522,17 +533,29 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
         sunBox(parts.domain, view, scene, static_cast<int>(parts.shadowMap.extent().width));
     const std::uint32_t shown = picturesShown(shownWeight(scene));
     visibleInto(cells, gridView(parts.domain, view), parts.seen, shown);
-    parts.fading = moveFadingLast(cells, shown, parts.seen);
+    picturesInto(cells, parts.domain, voxels.handOver, shown, parts.seen, parts.pictures);
+    parts.fading = moveFadingLast(parts.pictures, shown, parts.seen);
     parts.sunlit.clear();
     const bool redrawShadows = parts.updateSun(sun, scene.shadowInterval);
-    if (redrawShadows)
+    if (redrawShadows) {
         visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit, shared::kInPresent);
+        picturesInto(
+            cells,
+            parts.domain,
+            voxels.handOver,
+            shared::kInPresent,
+            parts.sunlit,
+            parts.sunlitPictures);
+    }
     if (core::Result<void> room =
             reserveDraws(*parts.device, slot, parts.seen.size() + parts.sunlit.size());
         !room)
         return tl::unexpected(room.error());
-    stats.triangles = fillDraws(slot, cells, parts.seen, 0);
-    stats.shadowTriangles = fillDraws(slot, cells, parts.sunlit, parts.seen.size());
+    if (core::Result<void> filled = fillOwners(*parts.device, slot, voxels.handOver); !filled)
+        return tl::unexpected(filled.error());
+    stats.triangles = fillDraws(slot, cells, parts.pictures, parts.seen, 0);
+    stats.shadowTriangles =
+        fillDraws(slot, cells, parts.sunlitPictures, parts.sunlit, parts.seen.size());
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
     stats.cellsFading = parts.fading;
@@ -544,8 +567,8 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     stats.voxels = *voxelStats;
     const bool withVoxels = stats.voxels.chunksDrawn + stats.voxels.boxes > 0;
     const bool castsVoxels = stats.voxels.shadowVoxels > 0;
-    if (core::Result<void> recorded =
-            parts.record(index, view, scene, redrawShadows, withVoxels, castsVoxels);
+    if (core::Result<void> recorded = parts.record(
+            index, view, scene, voxels.handOver, redrawShadows, withVoxels, castsVoxels);
         !recorded)
         return tl::unexpected(recorded.error());
     if (redrawShadows)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <utility>
 
 namespace isofront::render {
@@ -17,6 +18,20 @@ template <typename T>
 std::span<T> mappedAs(const gpu::Buffer& buffer)
 {
     return {reinterpret_cast<T*>(buffer.mapped().data()), buffer.mapped().size() / sizeof(T)};
+}
+
+/// Makes sure that a buffer has so much room.
+core::Result<void>
+grow(gpu::Device& device, gpu::Buffer& buffer, std::size_t bytes, VkBufferUsageFlags usage)
+{
+    if (buffer.bytes() >= bytes)
+        return {};
+    core::Result<gpu::Buffer> larger =
+        gpu::Buffer::create(device, bytes, usage, gpu::MemoryKind::upload);
+    if (!larger)
+        return tl::unexpected(larger.error());
+    buffer = std::move(*larger);
+    return {};
 }
 
 } // namespace
@@ -41,37 +56,47 @@ core::Result<Slot> makeSlot(gpu::Device& device)
         .hasVoxels = false,
         .frame = std::move(*frame),
         .cells = {},
-        .draws = {}};
+        .draws = {},
+        .owners = {}};
 }
 
 core::Result<void> reserveDraws(gpu::Device& device, Slot& slot, std::size_t count)
 {
     const std::size_t room = std::bit_ceil(std::max<std::size_t>(count, 256));
-    const auto grow = [&](gpu::Buffer& buffer,
-                          std::size_t bytes,
-                          VkBufferUsageFlags usage) -> core::Result<void> {
-        if (buffer.bytes() >= bytes)
-            return {};
-        core::Result<gpu::Buffer> larger =
-            gpu::Buffer::create(device, bytes, usage, gpu::MemoryKind::upload);
-        if (!larger)
-            return tl::unexpected(larger.error());
-        buffer = std::move(*larger);
-        return {};
-    };
-    if (core::Result<void> grown =
-            grow(slot.cells, room * sizeof(shared::DrawnCell), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    if (core::Result<void> grown = grow(
+            device,
+            slot.cells,
+            room * sizeof(shared::DrawnCell),
+            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
         !grown)
         return grown;
     return grow(
+        device,
         slot.draws,
         room * sizeof(VkDrawIndexedIndirectCommand),
         VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
 }
 
+core::Result<void> fillOwners(gpu::Device& device, Slot& slot, const HandOver* handOver)
+{
+    constexpr std::size_t kLeast = 256;
+    std::span<const std::uint8_t> blocks;
+    if (handOver != nullptr)
+        blocks = handOver->blocks();
+    const std::size_t bytes = std::bit_ceil(std::max(blocks.size(), kLeast)); // whole words
+    if (core::Result<void> grown =
+            grow(device, slot.owners, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+        !grown)
+        return grown;
+    if (!blocks.empty())
+        std::memcpy(slot.owners.mapped().data(), blocks.data(), blocks.size());
+    return {};
+}
+
 std::uint64_t fillDraws(
     const Slot& slot,
     std::span<const StoredCell> cells,
+    std::span<const std::uint32_t> pictures,
     std::span<const std::uint32_t> order,
     std::size_t first)
 {
@@ -81,12 +106,11 @@ std::uint64_t fillDraws(
     std::uint64_t triangles = 0;
     for (std::size_t i = 0; i < order.size(); ++i) {
         const StoredCell& cell = cells[order[i]];
-        const std::uint32_t pictures = cell.pictures & shared::kInBoth;
         drawn[first + i].lowAndExponent = {
             cell.corner.x,
             cell.corner.y,
             cell.corner.z,
-            cell.exponent | pictures << shared::kCellPicturesShift};
+            cell.exponent | pictures[order[i]] << shared::kCellPicturesShift};
         draws[first + i] = {
             .indexCount = cell.indexCount,
             .instanceCount = 1,

@@ -2,6 +2,7 @@
 
 #include "Culling.h"
 #include "FrameData.h"
+#include "isofront/render/HandOver.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -141,6 +142,22 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
         frame.fadingCubes += frame.cubes.size() - before;
 }
 
+/// The pictures that a chunk is shown in, and shared::kLooksUp if only a part of it is.
+std::uint32_t picturesOf(const PlacedChunk& chunk, const VoxelScene& scene)
+{
+    if (scene.handOver == nullptr || chunk.occlusionOnly)
+        return chunk.pictures;
+    const double size = std::ldexp(scene.lattice.edge, static_cast<int>(chunk.key.level));
+    const glm::dvec3 corner =
+        scene.lattice.origin +
+        size * double{voxels::kChunkEdge} * glm::dvec3(chunk.key.x, chunk.key.y, chunk.key.z);
+    const Owners owners = scene.handOver->ownersAround(
+        {corner + size * placeOf(chunk.low), corner + size * (placeOf(chunk.high) + 1.0)},
+        chunk.key.level);
+    const std::uint32_t pictures = chunk.pictures & owners.voxels;
+    return (pictures & owners.meshes) != 0 ? pictures | shared::kLooksUp : pictures;
+}
+
 /// Whether, and as what, a chunk is drawn.
 std::optional<Candidate> candidateOf(
     const PlacedChunk& chunk,
@@ -150,7 +167,8 @@ std::optional<Candidate> candidateOf(
     bool splats,
     std::uint32_t pictures)
 {
-    if ((chunk.pictures & pictures) == 0)
+    const std::uint32_t shownIn = picturesOf(chunk, scene);
+    if ((shownIn & pictures) == 0)
         return std::nullopt;
     const Camera& camera = view.camera;
     const double edge = scene.lattice.edge;
@@ -181,8 +199,8 @@ std::optional<Candidate> candidateOf(
     else if (
         splats && (scene.way == VoxelWay::splats || (scene.way == VoxelWay::automatic && small)))
         candidate.kind = Candidate::splat;
-    if (isFading(chunk.pictures, pictures)) {
-        candidate.pictures = chunk.pictures;
+    if (isFading(shownIn, pictures)) {
+        candidate.pictures = shownIn;
         if (candidate.kind == Candidate::cubes)
             candidate.kind = Candidate::fadingCubes;
     }
@@ -220,13 +238,18 @@ VoxelFrame voxelFrame(
     frame.view.clipX = row(camera.right * (edge / camera.tangentX), near);
     frame.view.clipY = row(camera.up * (-edge / camera.tangentY));
     frame.view.clipW = row(camera.forward * edge);
+    frame.view.cell = shared::ivec4(glm::ivec3(seen.cell), 0);
 
     std::vector<Candidate> candidates;
     for (std::size_t i = 0; i < chunks.size(); ++i) {
         std::optional<Candidate> candidate =
             candidateOf(chunks[i], seen, near, scene, splats, pictures);
-        if (!candidate)
+        if (!candidate) {
+            // nobody knows whether it could be seen if the meshes weren't there
+            if (scene.handOver != nullptr && !chunks[i].occlusionOnly)
+                frame.untested.push_back(static_cast<std::uint32_t>(i));
             continue;
+        }
         candidate->place = static_cast<std::uint32_t>(i);
         candidates.push_back(*candidate);
     }

@@ -99,9 +99,10 @@ core::Result<VoxelPass> VoxelPass::create(
     constexpr gpu::Binding kBlock{VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kAll};
     constexpr gpu::Binding kBuffer{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, kAll};
     constexpr gpu::Binding kImage{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER};
-    // As in shaders/include/voxel.glsl; then splats, flags of what is visible, and names.
+    // As in shaders/include/voxel.glsl; then splats, flags of what is visible, and names; and the
+    // owners of blocks.
     constexpr std::array kBindings{
-        kBlock, kBlock, kBuffer, kBuffer, kBuffer, kBuffer, kBuffer, kImage};
+        kBlock, kBlock, kBuffer, kBuffer, kBuffer, kBuffer, kBuffer, kImage, kBuffer};
     core::Result<Stage> stage = makeStage(device, kBindings, slots, sizeof(SplatConstants));
     if (!stage)
         return tl::unexpected(stage.error());
@@ -299,7 +300,8 @@ core::Result<void> VoxelPass::prepare(
     VoxelFrame frame,
     VkExtent2D extent,
     const gpu::Buffer& frameBlock,
-    const gpu::Buffer& pool)
+    const gpu::Buffer& pool,
+    const gpu::Buffer& owners)
 {
     if (core::Result<void> sized = resize(extent); !sized)
         return sized;
@@ -324,7 +326,8 @@ core::Result<void> VoxelPass::prepare(
             gpu::Bound{.buffer = &pool},
             gpu::Bound{.buffer = &_splats},
             gpu::Bound{.buffer = &mine.visible},
-            gpu::Bound{.image = &_names, .sampler = _nearest.get()}});
+            gpu::Bound{.image = &_names, .sampler = _nearest.get()},
+            gpu::Bound{.buffer = &owners}});
     return {};
 }
 

@@ -35,12 +35,14 @@ public:
     /// Readies a slot, which the GPU must be done with, for a frame.
     /// @param frameBlock  the slot's shared::Frame
     /// @param pool        where the chunks are
+    /// @param owners      of the blocks of a hand-over: a byte each
     core::Result<void> prepare(
         std::size_t slot,
         VoxelFrame frame,
         VkExtent2D extent,
         const gpu::Buffer& frameBlock,
-        const gpu::Buffer& pool);
+        const gpu::Buffer& pool,
+        const gpu::Buffer& owners);
     /// Draws what casts shadows into the sun's map, in the pass that is under way.
     void drawShadows(VkCommandBuffer commands, std::size_t slot, VkExtent2D map) const;
     /// Draws what the slot was readied for. The mesh pass is done, shading comes next.

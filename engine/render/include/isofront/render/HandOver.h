@@ -124,9 +124,10 @@ public:
     [[nodiscard]] const HandOverSettings& settings() const { return _settings; }
     /// Whose the blocks are that a box meets [world]. Cost: constant.
     [[nodiscard]] Owners ownersOf(const core::Box& box) const;
-    /// The same of the blocks within two voxels of any that a chunk may have: so far voxels are
-    /// shown beyond what is theirs, lest there be a gap.
-    [[nodiscard]] Owners ownersAround(const voxels::ChunkTree::Node& chunk) const;
+    /// The same of the blocks within two voxels of a chunk's: so far voxels are shown beyond what
+    /// is theirs, lest there be a gap.
+    /// @param box  of the chunk's voxels [world]
+    [[nodiscard]] Owners ownersAround(const core::Box& box, std::uint32_t level) const;
     /// How many blocks with voxels are the meshes' and the voxels' in the present picture.
     [[nodiscard]] std::size_t meshBlocks() const { return _meshBlocks; }
     [[nodiscard]] std::size_t voxelBlocks() const { return _occupied - _meshBlocks; }

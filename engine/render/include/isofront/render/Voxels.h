@@ -15,6 +15,8 @@
 
 namespace isofront::render {
 
+class HandOver;
+
 /// How voxels are drawn. Both ways give the same picture, but for single pixels at edges.
 enum class VoxelWay {
     automatic, ///< by the size that a chunk's voxels have on screen, and by the device
@@ -60,6 +62,9 @@ struct VoxelScene {
     /// The streamer's number of the frame, by which `takeSights` and `completedFrame` name it; 0
     /// for none.
     std::uint64_t frame = 0;
+    /// Where meshes and where voxels are shown, in each of the two pictures; null to show all that
+    /// there is. A chunk of which nothing is shown for that reason counts as visible.
+    const HandOver* handOver = nullptr;
     VoxelWay way = VoxelWay::automatic;
     /// Automatic: voxels of more pixels become cubes [px]. Both cost the same at about 7 px with a
     /// driver in software; devices with a rasteriser may do better with less.
