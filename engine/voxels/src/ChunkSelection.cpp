@@ -68,6 +68,11 @@ bool ChunkSelection::isClosed(ChunkIndex index) const
     return node.isClosed && node.visited + 1 >= _tick && !isForced(index) && !_isSecondPass;
 }
 
+bool ChunkSelection::isCovered(ChunkIndex index) const
+{
+    return _turn.isCovered && _turn.isCovered(_tree[index]);
+}
+
 void ChunkSelection::wanted(double coarsening, std::vector<Wanted>& chunks) const
 {
     chunks.clear();
@@ -81,7 +86,8 @@ void ChunkSelection::wanted(double coarsening, std::vector<Wanted>& chunks) cons
         if (!needsRefinement(chunk.index, pixels, coarsening) || isClosed(chunk.index))
             continue;
         for (const ChunkIndex child : _tree[chunk.index].children)
-            if (child != kNoChunk && mayShow(child))
+            if (child != kNoChunk && mayShow(child) &&
+                !(_turn.isUnneeded && _turn.isUnneeded(_tree[child])))
                 chunks.push_back({child, distanceTo(child)});
     }
     std::erase_if(chunks, [&](const Wanted& chunk) { return isForced(chunk.index); });
@@ -125,6 +131,11 @@ void ChunkSelection::draw(
     std::vector<ChunkDraw>& draws)
 {
     Node& node = _nodes[index];
+    if (!isTest && isCovered(index)) {
+        node.seen = _tick; // nobody knows
+        _covered.push_back({index, _tree[index].entry.key.level});
+        return;
+    }
     if (node.drawn + 1 != _tick || node.wasTested != isTest || pictures != kBoth)
         node.since = _tick;
     node.drawn = _tick;
@@ -161,14 +172,26 @@ ChunkSelection::childrenInView(ChunkIndex index, const IsThere& isThere) const
     for (const ChunkIndex child : _tree[index].children) {
         if (child == kNoChunk || !mayShow(child))
             continue;
-        ++inView;
-        if (isThere(child) || isForced(child))
+        const bool isReady = isThere(child) || isForced(child);
+        if (isReady)
             children.ready[children.count++] = child;
+        inView += isReady || !isCovered(child) ? 1U : 0U;
     }
     children.areAll = children.count == inView;
     children.mayStandIn = children.areAll || isForced(index) ||
                           (_settings.policy == StreamingPolicy::partial && children.count > 0);
     return children;
+}
+
+void ChunkSelection::listMissing(ChunkIndex index, const IsThere& isThere)
+{
+    for (const ChunkIndex child : _tree[index].children) {
+        if (child == kNoChunk || !mayShow(child) || isThere(child) || isForced(child) ||
+            !isCovered(child))
+            continue;
+        _nodes[index].seen = _tick;
+        _covered.push_back({child, _tree[index].entry.key.level});
+    }
 }
 
 /// In which pictures a chunk's children stand for it.
@@ -216,6 +239,8 @@ ChunkSelection::Tick ChunkSelection::visit(
     if (below != 0) {
         for (std::size_t i = 0; i < children.count; ++i)
             node.seen = std::max(node.seen, visit(children.ready[i], below, isThere, draws));
+        if (_turn.isCovered)
+            listMissing(index, isThere);
     }
     if (below == kBoth && children.areAll)
         node.open = _tick;
@@ -230,6 +255,7 @@ std::size_t ChunkSelection::draws(
 {
     draws.clear();
     _visited.clear();
+    _covered.clear();
     _isChanging = false;
     _coarsening = coarsening;
     if (_tree.size() > 0 && mayShow(0) && (isThere(0) || isForced(0)))

@@ -59,6 +59,8 @@ public:
     /// What the last frame's cuts were made of, and this frame's still need, parents first. They
     /// are there; what of them isn't wanted should stay if it can.
     void kept(std::vector<ChunkIndex>& chunks) const;
+    /// What else the last draws would have had, by ChunkTurn::isCovered.
+    [[nodiscard]] const std::vector<CoveredChunk>& covered() const { return _covered; }
     /// Whether the last draws fade, or wait to be chosen anew.
     [[nodiscard]] bool isChanging() const { return _isChanging; }
 
@@ -131,6 +133,7 @@ private:
     [[nodiscard]] double pixelsOf(ChunkIndex index, double distance) const;
     [[nodiscard]] bool needsRefinement(ChunkIndex index, double pixels, double coarsening) const;
     [[nodiscard]] bool isClosed(ChunkIndex index) const;
+    [[nodiscard]] bool isCovered(ChunkIndex index) const;
     Tick visit(
         ChunkIndex index, Pictures pictures, const IsThere& isThere, std::vector<ChunkDraw>& draws);
     struct Children {
@@ -140,6 +143,8 @@ private:
         bool mayStandIn = false; ///< for their parent
     };
     [[nodiscard]] Children childrenInView(ChunkIndex index, const IsThere& isThere) const;
+    /// Lists the children of a chunk that they all would have to wait for, were they not covered.
+    void listMissing(ChunkIndex index, const IsThere& isThere);
     [[nodiscard]] Pictures decided(Pictures before, Pictures best, bool isPossible) const;
     void enter(ChunkIndex index);
     void draw(
@@ -163,6 +168,7 @@ private:
     double _coarsening = 1;
     ChunkTurn _turn;
     std::vector<ChunkIndex> _visited; ///< in the last frame, parents first
+    std::vector<CoveredChunk> _covered;
     bool _isChanging = false;
     bool _isSecondPass = false;  ///< in which nothing is only tested
     std::deque<Record> _records; ///< oldest first

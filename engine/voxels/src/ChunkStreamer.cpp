@@ -71,6 +71,7 @@ public:
             _frame.coarsening,
             [this](ChunkIndex i) { return _isResident[i]; },
             _frame.draws);
+        _frame.covered = _selection.covered();
         findPlaces(_frame.draws);
         _frame.fading = static_cast<std::size_t>(std::ranges::count_if(
             _frame.draws, [](const ChunkDraw& draw) { return draw.inFormer != draw.inPresent; }));

@@ -62,6 +62,18 @@ struct ChunkTurn {
     /// Of the present picture. A transition that begins with 1 has no former one: so the default is
     /// that every frame shows what is best at once.
     float weight = 1;
+    /// Where something else is shown in place of voxels, in both pictures; empty for nowhere. A
+    /// chunk that is covered as a whole isn't drawn but listed, counts as visible, and its siblings
+    /// don't wait for it. Must be true of all parts of what it is true of.
+    std::function<bool(const ChunkTree::Node&)> isCovered = {};
+    /// Of what is covered: whether it isn't even to be loaded, as it will stay so for a while.
+    std::function<bool(const ChunkTree::Node&)> isUnneeded = {};
+};
+
+/// A chunk that isn't drawn because something else covers its place.
+struct CoveredChunk {
+    ChunkIndex index = 0;
+    std::uint32_t level = 0; ///< of the voxels that would be drawn there: its own, or an ancestor's
 };
 
 /// One chunk to be drawn.
@@ -123,8 +135,9 @@ struct ChunkFrame {
     std::vector<ChunkUpload> uploads;
     /// Opaque ones first, front to back; then those that only test, front to back.
     std::vector<ChunkDraw> draws;
-    std::size_t opaque = 0; ///< how many of the draws are
-    std::size_t fading = 0; ///< how many of the draws are part of one picture only
+    std::size_t opaque = 0;            ///< how many of the draws are
+    std::size_t fading = 0;            ///< how many of the draws are part of one picture only
+    std::vector<CoveredChunk> covered; ///< what would be drawn, too, by ChunkTurn::isCovered
 
     /// Chunks that have left the cache since the last frame.
     std::vector<ChunkIndex> evictions;
