@@ -1,5 +1,6 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "FarField.h"
 #include "Flight.h"
 #include "Pictures.h"
 #include "SourceArguments.h"
@@ -10,7 +11,7 @@
 #include <isofront/exchange/ContactSheet.h>
 #include <isofront/exchange/Png.h>
 #include <isofront/exchange/Video.h>
-#include <isofront/render/TransitionClock.h>
+#include <isofront/render/HybridScene.h>
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>
@@ -50,6 +51,8 @@ struct FlyArguments {
     double updateMilliseconds = 4;
     double fade = 0.25; ///< [s]
     bool measurePopping = false;
+    std::string farVoxels;
+    double handOver = render::HandOverSettings{}.pixels;
     int lattice = 16;
     double filter = extractor::ExtractionSettings{}.filterStrength;
     MeshOptions mesh;
@@ -84,7 +87,7 @@ std::uint64_t residentBytes()
 class Flying {
 public:
     Flying(const FlyArguments& arguments, Progress& progress)
-        : _arguments(arguments), _progress(progress), _stop(interruptions()), _clock(arguments.fade)
+        : _arguments(arguments), _progress(progress), _stop(interruptions())
     {
     }
 
@@ -185,19 +188,19 @@ private:
             _studio->scene.shadowInterval = 1;
 
         _jobs = core::makeJobs(core::JobsBackend::automatic, _arguments.threads);
-        _surface.emplace(
-            _source.field,
-            _source.domain,
-            surfaceOptions(
-                _source,
-                _arguments.isovalue.value_or(_source.defaultIsovalue),
-                _arguments.lattice,
-                _arguments.filter,
-                _arguments.pixelError,
-                false,
-                _arguments.mesh,
-                _detail),
-            _jobs);
+        const double isovalue = _arguments.isovalue.value_or(_source.defaultIsovalue);
+        const surface::SurfaceOptions options = surfaceOptions(
+            _source,
+            isovalue,
+            _arguments.lattice,
+            _arguments.filter,
+            _arguments.pixelError,
+            false,
+            _arguments.mesh,
+            _detail);
+        _surface.emplace(_source.field, _source.domain, options, _jobs);
+        if (const MaybeError error = makeScene(options, isovalue))
+            return error;
         _progress.show("finding a way", -1);
         _views = flightPath(
             _source,
@@ -209,6 +212,39 @@ private:
              .height = size->height});
         describe(*size);
         return openVideo(*size);
+    }
+
+    MaybeError makeScene(const surface::SurfaceOptions& options, double isovalue)
+    {
+        std::shared_ptr<const voxels::ChunkStore> far;
+        if (!_arguments.farVoxels.empty()) {
+            auto opened = openFarField(
+                _arguments.farVoxels,
+                _source,
+                isovalue,
+                _arguments.filter,
+                *_jobs,
+                _progress,
+                _stop);
+            if (!opened)
+                return opened.error();
+            far = std::move(*opened);
+        }
+        auto scene = render::HybridScene::create(
+            *_studio->renderer,
+            &*_surface,
+            far,
+            _jobs,
+            {.handOver = {.pixels = _arguments.handOver},
+             .transitionSeconds = _arguments.fade,
+             .pixelError = _arguments.pixelError,
+             .detail = options.detail,
+             .latticeSize = _arguments.lattice,
+             .updateMilliseconds = _arguments.updateMilliseconds});
+        if (!scene)
+            return scene.error();
+        _scene.emplace(std::move(*scene));
+        return std::nullopt;
     }
 
     void describe(const PictureSize& size)
@@ -232,6 +268,10 @@ private:
             {"msaa", std::to_string(_arguments.samples)},
             {"fade_seconds", brief(_arguments.fade)},
             {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
+        if (!_arguments.farVoxels.empty()) {
+            settings.others.emplace_back("far_voxels", _arguments.farVoxels);
+            settings.others.emplace_back("hand_over_pixels", brief(_arguments.handOver));
+        }
         nlohmann::ordered_json others;
         _arguments.mesh.describe(others);
         _detail.describeDetail(others);
@@ -260,16 +300,20 @@ private:
     /// compiled at their first use.
     MaybeError takeOff()
     {
-        const surface::Delta delta = _surface->settle(
-            _views.front(), [&](double share) { _progress.show("first surface", share); }, _stop);
-        if (auto upload = _studio->renderer->apply(delta); !upload)
-            return tooLarge(upload.error());
-        for (int i = 0; i < 2; ++i)
-            if (auto drawn = _studio->renderer->draw(_views.front(), _studio->scene); !drawn)
-                return drawn.error();
+        const auto settled = _scene->settle(
+            _views.front(),
+            _studio->scene,
+            [&](double share) { _progress.show("first surface", share); },
+            _stop);
+        if (!settled && settled.error().code == ErrorCode::interrupted)
+            return std::nullopt; // nothing is flown, and that is told
+        if (!settled)
+            return tooLarge(settled.error());
+        tellDamage(settled->damaged);
+        if (auto drawn = _scene->frame(_views.front(), _studio->scene, -1.0); !drawn)
+            return drawn.error();
         if (auto done = _studio->renderer->finish(); !done)
             return done.error();
-        _studio->renderer->holdChanges(_clock.length() > 0);
         _before = _surface->stats();
         return std::nullopt;
     }
@@ -281,21 +325,12 @@ private:
         if (const auto error = drawUnchanged(view))
             return error;
         const auto start = Clock::now();
-        const surface::Delta delta = _surface->update(
-            view,
-            {.milliseconds = _arguments.updateMilliseconds,
-             .hostBytes = static_cast<std::size_t>(_fadingBytes)});
-        FrameRecord record;
-        record.updateMilliseconds = millisecondsSince(start);
-        const auto upload = _studio->renderer->apply(delta);
-        if (!upload)
-            return tooLarge(upload.error());
-        if (_clock.begins(time))
-            _studio->renderer->beginTransition();
-        _studio->scene.transition = _clock.weight();
-        const auto drawn = _studio->renderer->draw(view, _studio->scene);
+        const auto drawn = _scene->frame(view, _studio->scene, time);
         if (!drawn)
-            return drawn.error();
+            return tooLarge(drawn.error());
+        tellDamage(drawn->damaged);
+        FrameRecord record;
+        record.updateMilliseconds = drawn->surfaceMilliseconds;
         record.cpuMilliseconds = millisecondsSince(start);
         const auto passes = _studio->renderer->finish();
         if (!passes)
@@ -305,21 +340,26 @@ private:
 
         const surface::SurfaceStats stats = _surface->stats();
         record.time = time;
-        record.triangles = drawn->triangles;
-        record.draws = drawn->draws;
+        record.triangles = drawn->drawn.triangles;
+        record.draws = drawn->drawn.draws;
         record.shownCells = stats.shownCells;
         record.cellsExtracted = stats.cellsExtracted - _before.cellsExtracted;
         record.cellsSkipped = stats.cellsSkipped - _before.cellsSkipped;
         record.cellsFromCache = stats.cellsFromCache - _before.cellsFromCache;
         record.cellsPending = stats.pendingCells;
-        record.cellsFading = drawn->cellsFading;
-        record.uploadedBytes = upload->uploadedBytes;
+        record.cellsFading = drawn->drawn.cellsFading;
+        record.fadingBytes = drawn->drawn.fadingBytes;
+        record.uploadedBytes = drawn->meshes.uploadedBytes + drawn->uploadedVoxelBytes;
         record.effectivePixelError = stats.effectivePixelError;
         record.meshBytes = stats.meshBytes;
         record.cacheBytes = stats.cacheBytes;
-        record.fadingBytes = drawn->fadingBytes;
-        _fadingBytes = drawn->fadingBytes;
-        record.deviceBytes = drawn->deviceBytes;
+        record.deviceBytes = drawn->drawn.deviceBytes;
+        record.voxels = drawn->drawn.voxels.voxels;
+        record.voxelChunks = drawn->drawn.voxels.chunksDrawn;
+        record.missingChunks = drawn->missingChunks;
+        record.voxelBytes = drawn->residentVoxelBytes;
+        record.meshBlocks = drawn->meshBlocks;
+        record.voxelBlocks = drawn->voxelBlocks;
         record.residentBytes = residentBytes();
         record.eye = view.eye;
         _report.frames.push_back(record);
@@ -332,7 +372,7 @@ private:
     {
         if (!_arguments.measurePopping)
             return std::nullopt;
-        if (const auto drawn = _studio->renderer->draw(view, _studio->scene); !drawn)
+        if (const auto drawn = _scene->redraw(view, _studio->scene); !drawn)
             return drawn.error();
         auto image = _studio->renderer->readImage();
         if (!image)
@@ -440,8 +480,16 @@ private:
                 _progress.say("  " + inFolder(name.string()));
     }
 
+    void tellDamage(const std::vector<core::Error>& damaged)
+    {
+        for (const core::Error& error : damaged)
+            _progress.say("warning: " + error.message + "; its parent is shown in its place");
+    }
+
     static core::Error tooLarge(const core::Error& error)
     {
+        if (error.code != ErrorCode::resourceLimit)
+            return error;
         return error.within("the meshes don't fit on the device; choose a larger --pixel-error");
     }
 
@@ -455,14 +503,13 @@ private:
     const FlyArguments& _arguments;
     Progress& _progress;
     std::stop_token _stop;
-    render::TransitionClock _clock;
-    std::uint64_t _fadingBytes = 0;
     core::Image _unchanged; ///< the frame's view, before its changes
     Source _source;
     DetailRequest _detail;
     std::optional<Studio> _studio;
     std::shared_ptr<core::Jobs> _jobs;
     std::optional<surface::Surface> _surface;
+    std::optional<render::HybridScene> _scene;
     std::vector<hierarchy::View> _views;
     std::optional<exchange::VideoWriter> _video;
     std::vector<core::Image> _sheet;
@@ -511,6 +558,20 @@ Action addFly(CLI::App& app)
         ->capture_default_str();
     command->add_flag(
         "--measure-popping", arguments->measurePopping, "report how much changes of detail show");
+    command
+        ->add_option(
+            "--far-voxels",
+            arguments->farVoxels,
+            "show the distance as surface voxels: so many along the longest edge, made before the "
+            "flight, or a model that 'isofront voxelize' made of the same source")
+        ->type_name("N|MODEL");
+    command
+        ->add_option(
+            "--hand-over",
+            arguments->handOver,
+            "error of voxels below which they take the place of meshes [px]")
+        ->check(within(0.05, 100.0))
+        ->capture_default_str();
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")

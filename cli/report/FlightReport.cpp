@@ -55,8 +55,13 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
 
     summary.seconds = frames.back().time - frames.front().time;
     double triangles = 0;
+    double voxels = 0;
     for (const FrameRecord& frame : frames) {
         triangles += static_cast<double>(frame.triangles);
+        voxels += static_cast<double>(frame.voxels);
+        summary.maxVoxels = std::max(summary.maxVoxels, frame.voxels);
+        summary.maxMissingChunks = std::max(summary.maxMissingChunks, frame.missingChunks);
+        summary.maxVoxelBytes = std::max(summary.maxVoxelBytes, frame.voxelBytes);
         summary.maxTriangles = std::max(summary.maxTriangles, frame.triangles);
         summary.maxDraws = std::max(summary.maxDraws, frame.draws);
         summary.maxShownCells = std::max(summary.maxShownCells, frame.shownCells);
@@ -75,6 +80,7 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
         summary.maxResidentBytes = std::max(summary.maxResidentBytes, frame.residentBytes);
     }
     summary.meanTriangles = triangles / static_cast<double>(frames.size());
+    summary.meanVoxels = voxels / static_cast<double>(frames.size());
     return summary;
 }
 

@@ -30,6 +30,14 @@ struct FrameRecord {
     std::uint64_t cellsPending = 0;   ///< wanted, and not there yet
     std::uint64_t cellsFading = 0;    ///< drawn in some of the pixels that they cover only
 
+    // Where voxels show the distance; otherwise 0:
+    std::uint64_t voxels = 0;        ///< in the chunks drawn
+    std::uint64_t voxelChunks = 0;   ///< drawn
+    std::uint64_t missingChunks = 0; ///< that the view needs, and that aren't there yet
+    std::uint64_t voxelBytes = 0;    ///< of the chunks on the device
+    std::uint64_t meshBlocks = 0;    ///< parts of space with a surface that meshes show ...
+    std::uint64_t voxelBlocks = 0;   ///< ... and that voxels show
+
     /// What the ceilings of the surface left of the error asked for [px]; 0 if nobody told.
     double effectivePixelError = 0;
 
@@ -86,6 +94,8 @@ struct FlightSummary {
     double seconds = 0; ///< from the first frame to the last
     double meanTriangles = 0;
     double maxEffectivePixelError = 0; ///< [px]
+    double meanVoxels = 0;
+    std::uint64_t maxVoxels = 0, maxMissingChunks = 0, maxVoxelBytes = 0;
     std::uint64_t maxTriangles = 0, maxDraws = 0, maxShownCells = 0, maxCellsPending = 0;
     std::uint64_t cellsExtracted = 0, cellsSkipped = 0, cellsFromCache = 0; ///< in all
     std::uint64_t uploadedBytes = 0;                                        ///< in all

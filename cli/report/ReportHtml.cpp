@@ -236,7 +236,15 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
         popping.isLogarithmic = true;
         html += chartHtml(popping);
     }
-    return html;
+    if (summary.maxVoxels == 0)
+        return html;
+    Chart far = charts.chart("The far field", "voxels and triangles", "blocks");
+    far.series = {
+        {"voxels", "c", charts.counts(&FrameRecord::voxels)},
+        {"triangles", "a", charts.counts(&FrameRecord::triangles)},
+        {"blocks shown as voxels", "b", charts.counts(&FrameRecord::voxelBlocks), true},
+        {"blocks shown as meshes", "d", charts.counts(&FrameRecord::meshBlocks), true}};
+    return html + chartHtml(far);
 }
 
 /// A relative path as the address of a link.

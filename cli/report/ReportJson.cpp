@@ -76,7 +76,11 @@ Json summaryJson(const FlightSummary& summary, std::size_t frames)
         {"cache_bytes_max", summary.maxCacheBytes},
         {"fading_bytes_max", summary.maxFadingBytes},
         {"device_bytes_max", summary.maxDeviceBytes},
-        {"resident_bytes_max", summary.maxResidentBytes}};
+        {"resident_bytes_max", summary.maxResidentBytes},
+        {"voxels_mean", number(summary.meanVoxels)},
+        {"voxels_max", summary.maxVoxels},
+        {"missing_chunks_max", summary.maxMissingChunks},
+        {"voxel_bytes_max", summary.maxVoxelBytes}};
 }
 
 Json frameJson(const FrameRecord& frame)
@@ -103,6 +107,12 @@ Json frameJson(const FrameRecord& frame)
         {"resident_bytes", frame.residentBytes},
         {"largest_pop", number(frame.largestPop)},
         {"mean_pop", number(frame.meanPop)},
+        {"voxels", frame.voxels},
+        {"voxel_chunks", frame.voxelChunks},
+        {"missing_chunks", frame.missingChunks},
+        {"voxel_bytes", frame.voxelBytes},
+        {"mesh_blocks", frame.meshBlocks},
+        {"voxel_blocks", frame.voxelBlocks},
         {"eye", {number(frame.eye.x), number(frame.eye.y), number(frame.eye.z)}}};
 }
 

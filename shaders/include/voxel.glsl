@@ -63,7 +63,8 @@ float weightOf(DrawnChunk chunk)
 #include "include/owners.glsl"
 
 // The pictures that show a voxel, or a redundant node in its place: those of the chunk in which a
-// block within two voxels of it is the voxels'. So voxels and meshes overlap where they meet.
+// block within four voxels of it is the voxels'. So voxels and meshes overlap where they meet, and
+// a ray that passes between them at a low angle finds one of them.
 uint picturesOf(DrawnChunk chunk, uint packed)
 {
     uint pictures = chunk.box.x >> kChunkPicturesShift;
@@ -73,8 +74,8 @@ uint picturesOf(DrawnChunk chunk, uint packed)
     int bits = int(frame.blockCount.w);
     ivec3 low = chunk.cornerAndLevel.xyz + view.cell.xyz + (placeOf(packed) << level);
     ivec3 last = ivec3(frame.blockCount.xyz) - 1;
-    ivec3 from = clamp((low - (2 << level)) >> bits, ivec3(0), last);
-    ivec3 to = clamp((low + (3 << level) - 1) >> bits, ivec3(0), last);
+    ivec3 from = clamp((low - (4 << level)) >> bits, ivec3(0), last);
+    ivec3 to = clamp((low + (5 << level) - 1) >> bits, ivec3(0), last);
     uint shown = 0u;
     for (int z = from.z; z <= to.z; ++z)
         for (int y = from.y; y <= to.y; ++y)
@@ -102,7 +103,10 @@ Cube nodeOf(DrawnChunk chunk, uint node, out uint faces)
 {
     if (node < chunk.box.z) {
         uint packed = words[chunk.place.x + 2u * node];
-        faces = facesOf(packed);
+        // where voxels end for the sake of meshes, one could look at sides that are never seen
+        // otherwise
+        bool mayEnd = ((chunk.box.x >> kChunkPicturesShift) & kLooksUp) != 0u;
+        faces = mayEnd ? 0x3fu : facesOf(packed);
         return cubeOf(chunk, packed);
     }
     uint packed = words[chunk.fade.y + node - chunk.box.z];

@@ -430,8 +430,8 @@ TEST_F(HandOverTest, knowsTheOwnersOfBoxes)
     // chunks look a little further than their voxels
     for (voxels::ChunkIndex i = 0; i < tree().size(); ++i) {
         core::Box box = tree()[i].box;
-        box.low -= 2 * tree().voxelEdge(tree()[i].entry.key.level);
-        box.high += 2 * tree().voxelEdge(tree()[i].entry.key.level);
+        box.low -= 4 * tree().voxelEdge(tree()[i].entry.key.level);
+        box.high += 4 * tree().voxelEdge(tree()[i].entry.key.level);
         EXPECT_EQ(
             subject.ownersAround(tree()[i].box, tree()[i].entry.key.level).voxels,
             brute(box).voxels);

@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint8_t kAnyLevel = 0xff;
 constexpr double kFurtherThanNeeded = 1.25;
 /// How far voxels are shown beyond what is theirs [voxels].
-constexpr double kOverlap = 2;
+constexpr double kOverlap = 4;
 /// What is nearer to the eye counts as being so near [voxels].
 constexpr double kNearest = 1.0 / 1024;
 

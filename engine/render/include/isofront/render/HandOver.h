@@ -124,7 +124,7 @@ public:
     [[nodiscard]] const HandOverSettings& settings() const { return _settings; }
     /// Whose the blocks are that a box meets [world]. Cost: constant.
     [[nodiscard]] Owners ownersOf(const core::Box& box) const;
-    /// The same of the blocks within two voxels of a chunk's: so far voxels are shown beyond what
+    /// The same of the blocks within four voxels of a chunk's: so far voxels are shown beyond what
     /// is theirs, lest there be a gap.
     /// @param box  of the chunk's voxels [world]
     [[nodiscard]] Owners ownersAround(const core::Box& box, std::uint32_t level) const;

@@ -1,0 +1,337 @@
+#include "isofront/render/HybridScene.h"
+
+#include "isofront/render/TransitionClock.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+namespace isofront::render {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Share of the hand-over's distance within which chunks need not be loaded.
+constexpr double kSurelyMeshes = 0.8;
+/// The reach of the surface follows what it should be when it is so many times off.
+constexpr double kReachStep = 1.05;
+
+double millisecondsSince(Clock::time_point start)
+{
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+} // namespace
+
+struct HybridScene::Parts {
+    Renderer* renderer;
+    surface::Surface* surface;
+    std::shared_ptr<const voxels::ChunkStore> model;
+    HybridSettings settings;
+    TransitionClock clock;
+    std::unique_ptr<voxels::ChunkStreamer> streamer;
+    std::optional<HandOver> handOver;
+    std::vector<VoxelDetail> details; ///< of the last frame
+    double coarsening = 1;            ///< of the last frame
+    double reach = 0;
+    std::uint64_t frames = 0;
+    std::size_t fadingBytes = 0;
+    VoxelScene lastVoxels; ///< its draws are the streamer's, until the next frame
+    float lastWeight = 1;
+
+    void setReach(const hierarchy::View& view);
+    core::Result<UploadStats> apply(const surface::Delta& delta);
+    /// Chooses, uploads and draws, after the meshes are up to date.
+    core::Result<void> show(
+        const hierarchy::View& view,
+        const Scene& scene,
+        bool begins,
+        float weight,
+        HybridFrame& frame);
+    [[nodiscard]] voxels::ChunkTurn
+    turnOf(const hierarchy::View& view, bool begins, float weight) const;
+    void noteDetails(const voxels::ChunkFrame& frame);
+};
+
+HybridScene::HybridScene(std::unique_ptr<Parts> parts) : _parts(std::move(parts)) {}
+HybridScene::HybridScene(HybridScene&&) noexcept = default;
+HybridScene& HybridScene::operator=(HybridScene&&) noexcept = default;
+HybridScene::~HybridScene() = default;
+
+core::Result<HybridScene> HybridScene::create(
+    Renderer& renderer,
+    surface::Surface* surface,
+    std::shared_ptr<const voxels::ChunkStore> model,
+    std::shared_ptr<core::Jobs> jobs,
+    const HybridSettings& settings)
+{
+    auto parts = std::make_unique<Parts>(Parts{
+        .renderer = &renderer,
+        .surface = surface,
+        .model = model,
+        .settings = settings,
+        .clock = TransitionClock(settings.transitionSeconds),
+        .streamer = nullptr,
+        .handOver = {},
+        .details = {},
+        .lastVoxels = {}});
+    renderer.holdChanges(parts->clock.length() > 0);
+    if (!model)
+        return HybridScene(std::move(parts));
+    const auto pool = renderer.chunkCacheBytes();
+    if (!pool)
+        return tl::unexpected(pool.error());
+    voxels::StreamingSettings& streaming = parts->settings.streaming;
+    streaming.cacheBytes = std::min(streaming.cacheBytes, *pool);
+    if (surface != nullptr)
+        streaming.voxelPixels =
+            std::min(streaming.voxelPixels, settings.handOver.pixels / kVoxelError);
+    auto streamer = voxels::ChunkStreamer::create(model, streaming, std::move(jobs));
+    if (!streamer)
+        return tl::unexpected(streamer.error());
+    parts->streamer = std::move(*streamer);
+    if (surface == nullptr)
+        return HybridScene(std::move(parts));
+    const voxels::ChunkTree& tree = parts->streamer->tree();
+    std::optional<voxels::Chunk> coarsest;
+    if (tree.size() > 0) {
+        auto read = model->get(tree[0].entry.key);
+        if (!read)
+            return tl::unexpected(read.error());
+        coarsest = std::move(*read);
+    }
+    HandOverSettings handOver = settings.handOver;
+    handOver.meshPixels = settings.pixelError;
+    auto made = HandOver::create(
+        tree, coarsest ? &*coarsest : nullptr, surface->domain(), settings.latticeSize, handOver);
+    if (!made)
+        return tl::unexpected(made.error());
+    parts->handOver = std::move(*made);
+    return HybridScene(std::move(parts));
+}
+
+const HandOver* HybridScene::handOver() const
+{
+    return _parts->handOver ? &*_parts->handOver : nullptr;
+}
+
+void HybridScene::Parts::setReach(const hierarchy::View& view)
+{
+    if (!handOver || !view.isValid())
+        return;
+    const double wanted = handOver->reach(view, coarsening);
+    if (reach > 0 && wanted < reach * kReachStep && wanted * kReachStep > reach)
+        return;
+    reach = wanted;
+    surface::DetailSettings detail = settings.detail;
+    detail.reach = std::min(detail.reach, reach);
+    surface->setDetail(settings.pixelError, detail);
+}
+
+core::Result<UploadStats> HybridScene::Parts::apply(const surface::Delta& delta)
+{
+    auto applied = renderer->apply(delta);
+    if (applied && handOver)
+        handOver->apply(delta);
+    return applied;
+}
+
+voxels::ChunkTurn
+HybridScene::Parts::turnOf(const hierarchy::View& view, bool begins, float weight) const
+{
+    voxels::ChunkTurn turn;
+    turn.begins = begins;
+    turn.weight = weight;
+    if (!handOver)
+        return turn;
+    const HandOver& owners = *handOver;
+    const auto isCovered = [&owners](const voxels::ChunkTree::Node& chunk) {
+        return owners.ownersAround(chunk.box, chunk.entry.key.level).voxels == 0;
+    };
+    const double near = kSurelyMeshes * owners.distance(view);
+    turn.isCovered = isCovered;
+    turn.isUnneeded = [isCovered, near, eye = view.eye](const voxels::ChunkTree::Node& chunk) {
+        const core::Box& box = chunk.box;
+        const glm::dvec3 most = glm::max(glm::abs(box.low - eye), glm::abs(box.high - eye));
+        return glm::length(most) < near && isCovered(chunk);
+    };
+    return turn;
+}
+
+void HybridScene::Parts::noteDetails(const voxels::ChunkFrame& frame)
+{
+    details.clear();
+    const voxels::ChunkTree& tree = streamer->tree();
+    // What is only tested is hidden, and says nothing; of two pictures the present one counts.
+    for (const voxels::ChunkDraw& draw : frame.draws)
+        if (!draw.occlusionOnly && draw.inPresent)
+            details.push_back({tree[draw.index].entry.key, draw.key.level});
+    for (const voxels::CoveredChunk& chunk : frame.covered)
+        details.push_back({tree[chunk.index].entry.key, chunk.level});
+    coarsening = frame.coarsening;
+}
+
+core::Result<void> HybridScene::Parts::show(
+    const hierarchy::View& view, const Scene& scene, bool begins, float weight, HybridFrame& frame)
+{
+    const Clock::time_point start = Clock::now();
+    if (begins)
+        renderer->beginTransition();
+    bool hasChanged = false;
+    if (handOver && begins)
+        hasChanged = handOver->begin(view, details);
+    if (handOver && weight >= 1)
+        handOver->end();
+    Scene shown = scene;
+    shown.transition = weight;
+    VoxelScene voxels;
+    voxels.way = settings.way;
+    frame.isComplete = true;
+    if (streamer) {
+        const auto sights = renderer->takeSights();
+        if (!sights)
+            return tl::unexpected(sights.error());
+        const auto completed = renderer->completedFrame();
+        if (!completed)
+            return tl::unexpected(completed.error());
+        std::vector<voxels::Visibility> seen;
+        for (const FrameSight& sight : *sights)
+            seen.push_back({.frame = sight.frame, .visible = sight.visible});
+        const double near = scene.nearPlane > 0 ? scene.nearPlane : renderer->defaultNearPlane();
+        const voxels::ChunkFrame& chunks = streamer->update(
+            voxels::perspectiveView(
+                view.eye,
+                view.forward,
+                view.up,
+                view.verticalFieldOfView,
+                view.width,
+                view.height,
+                near),
+            ++frames,
+            *completed,
+            seen,
+            turnOf(view, begins, weight));
+        const auto uploaded = renderer->apply(chunks);
+        if (!uploaded)
+            return tl::unexpected(uploaded.error());
+        frame.uploadedVoxelBytes = *uploaded;
+        frame.residentVoxelBytes = chunks.residentBytes;
+        frame.missingChunks = chunks.missing;
+        frame.coarsening = chunks.coarsening;
+        frame.damaged = chunks.damaged;
+        frame.isComplete = chunks.isComplete && !hasChanged;
+        noteDetails(chunks);
+        voxels.lattice = streamer->tree().lattice();
+        voxels.placed = chunks.draws;
+        voxels.tree = &streamer->tree();
+        voxels.frame = frames;
+        voxels.handOver = handOver ? &*handOver : nullptr;
+    }
+    if (handOver) {
+        frame.meshBlocks = handOver->meshBlocks();
+        frame.voxelBlocks = handOver->voxelBlocks();
+    }
+    frame.transition = weight;
+    frame.voxelMilliseconds = millisecondsSince(start);
+    lastVoxels = voxels;
+    lastVoxels.frame = 0; // what it shows is known already
+    lastWeight = weight;
+    const auto drawn = renderer->draw(view, shown, voxels);
+    if (!drawn)
+        return tl::unexpected(drawn.error());
+    frame.drawn = *drawn;
+    fadingBytes = drawn->fadingBytes;
+    return {};
+}
+
+core::Result<HybridFrame>
+HybridScene::frame(const hierarchy::View& view, const Scene& scene, double seconds)
+{
+    Parts& parts = *_parts;
+    HybridFrame frame;
+    const bool begins = parts.clock.begins(seconds);
+    const float weight = parts.clock.weight();
+    bool isSettled = true;
+    if (parts.surface != nullptr) {
+        const Clock::time_point start = Clock::now();
+        parts.setReach(view);
+        const surface::Delta delta = parts.surface->update(
+            view,
+            {.milliseconds = parts.settings.updateMilliseconds, .hostBytes = parts.fadingBytes});
+        frame.surfaceMilliseconds = millisecondsSince(start);
+        const auto applied = parts.apply(delta);
+        if (!applied)
+            return tl::unexpected(applied.error());
+        frame.meshes = *applied;
+        isSettled = delta.isEmpty() && parts.surface->isSettled();
+    }
+    if (const auto shown = parts.show(view, scene, begins, weight, frame); !shown)
+        return tl::unexpected(shown.error());
+    frame.isComplete = frame.isComplete && isSettled && weight >= 1;
+    return frame;
+}
+
+core::Result<FrameStats> HybridScene::redraw(const hierarchy::View& view, const Scene& scene)
+{
+    Scene shown = scene;
+    shown.transition = _parts->lastWeight;
+    return _parts->renderer->draw(view, shown, _parts->lastVoxels);
+}
+
+core::Result<HybridFrame> HybridScene::settle(
+    const hierarchy::View& view,
+    const Scene& scene,
+    const std::function<void(double)>& progress,
+    const std::stop_token& stop)
+{
+    Parts& parts = *_parts;
+    const auto interrupted = [] {
+        return core::failure(core::ErrorCode::interrupted, "interrupted while a view was prepared");
+    };
+    UploadStats meshes;
+    const auto settleMeshes = [&]() -> core::Result<void> {
+        if (parts.surface == nullptr)
+            return {};
+        parts.setReach(view);
+        const auto applied = parts.apply(parts.surface->settle(view, progress, stop));
+        if (!applied)
+            return tl::unexpected(applied.error());
+        meshes.cellsAdded += applied->cellsAdded;
+        meshes.cellsRemoved += applied->cellsRemoved;
+        meshes.uploadedBytes += applied->uploadedBytes;
+        return {};
+    };
+    if (const auto settled = settleMeshes(); !settled)
+        return tl::unexpected(settled.error());
+    std::vector<core::Error> damaged;
+    bool wasComplete = false;
+    for (;;) {
+        if (stop.stop_requested())
+            return interrupted();
+        HybridFrame frame;
+        if (const auto shown = parts.show(view, scene, true, 1, frame); !shown)
+            return tl::unexpected(shown.error());
+        damaged.insert(damaged.end(), frame.damaged.begin(), frame.damaged.end());
+        if (const auto done = parts.renderer->finish(); !done)
+            return tl::unexpected(done.error());
+        // Once more: who owns what depends on what was there before.
+        if (frame.isComplete && wasComplete) {
+            frame.meshes = meshes;
+            frame.damaged = std::move(damaged);
+            return frame;
+        }
+        wasComplete = frame.isComplete;
+        if (!frame.isComplete && parts.streamer)
+            parts.streamer->waitForChunks();
+        // Where the cache is too small for the voxels, meshes have to reach further.
+        if (const auto settled = settleMeshes(); !settled)
+            return tl::unexpected(settled.error());
+    }
+}
+
+} // namespace isofront::render
