@@ -19,9 +19,10 @@
 
 namespace isofront::render {
 
-/// How far surface voxels look off the mesh of the same field, as a share of their edge (root of
-/// the mean square, along rays and across the silhouette).
-inline constexpr double kVoxelError = 0.5;
+/// How far surface voxels look off the mesh of the same field, across the surface, as a share of
+/// their edge (root of the mean square). Their outlines are off by up to a whole edge. Measured:
+/// see docs/measurements.md.
+inline constexpr double kVoxelError = 0.75;
 
 struct HandOverSettings {
     /// How far voxels may be off the mesh in the picture where they take its place [px], > 0. Less:
