@@ -93,7 +93,8 @@ public:
     std::span<const ChunkDraw> casters(const ChunkView& sun, double texel) override
     {
         _casters.clear();
-        // what a damaged chunk holds instead is a part of a coarser one, which may as well cast itself
+        // what a damaged chunk holds instead is a part of a coarser one, which may as well cast
+        // itself
         const auto isThere = [this](ChunkIndex i) {
             return _isResident[i] && !_selection.isDamaged(i);
         };

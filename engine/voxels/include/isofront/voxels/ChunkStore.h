@@ -65,8 +65,8 @@ core::Result<std::unique_ptr<ChunkStore>> openStore(const std::filesystem::path&
 
 /// A store in a folder, a file for each chunk: for web servers and for those who look. It, too, is
 /// made under a name with `.part` behind it; a folder that is not empty is not replaced. What a
-/// process that was killed has left under that name is, as the file is, too, but nothing that isn't a
-/// model's.
+/// process that was killed has left under that name is, as the file is, too, but nothing that isn't
+/// a model's.
 core::Result<std::unique_ptr<ChunkStore>> createFolderStore(const std::filesystem::path& path);
 core::Result<std::unique_ptr<ChunkStore>> openFolderStore(const std::filesystem::path& path);
 
