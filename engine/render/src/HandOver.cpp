@@ -300,7 +300,7 @@ void HandOver::sum()
             for (std::size_t y = 1; y < size.y; ++y) {
                 std::uint32_t inRow = 0;
                 for (std::size_t x = 1; x < size.x; ++x, ++index) {
-                    inRow += _blocks[index] >> picture & 1U;
+                    inRow += std::uint32_t{_blocks[index]} >> picture & 1U;
                     const std::size_t at = z * slice + y * row + x;
                     sums[at] = inRow + sums[at - row] + sums[at - slice] - sums[at - slice - row];
                 }
