@@ -88,7 +88,9 @@ TEST(ChunkTurn, closesBothPicturesInEveryFrame)
             }
         }
     }
-    EXPECT_GT(fading, 0U);
+    if (tests::areAllTrialsMade()) {
+        EXPECT_GT(fading, 0U);
+    }
 }
 
 TEST(ChunkTurn, changesNothingUntilTheNextBegins)
@@ -128,7 +130,9 @@ TEST(ChunkTurn, changesNothingUntilTheNextBegins)
         direct.settle(camera);
         EXPECT_EQ(present, pictureOf(direct.step(camera), true));
     }
-    EXPECT_GT(changes, 10U);
+    if (tests::areAllTrialsMade()) {
+        EXPECT_GT(changes, 10U);
+    }
 }
 
 TEST(ChunkTurn, keepsItsPicturesWhileTheViewMovesAsFarAsTheyAreInView)
