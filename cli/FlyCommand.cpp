@@ -483,7 +483,7 @@ private:
     void tellDamage(const std::vector<core::Error>& damaged)
     {
         for (const core::Error& error : damaged)
-            _progress.say("warning: " + error.message + "; its parent is shown in its place");
+            _progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
     }
 
     static core::Error tooLarge(const core::Error& error)

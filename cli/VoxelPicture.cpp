@@ -276,7 +276,7 @@ int renderVoxels(const VoxelPictureRequest& request)
         return report(written.error());
     progress.finish();
     for (const core::Error& error : picture->damaged)
-        progress.say("warning: " + error.message + "; its parent is shown in its place");
+        progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
     if (picture->coarsening > 1)
         progress.say(
             "note: voxels are up to " + brief(request.voxelPixels * picture->coarsening) +

@@ -76,7 +76,7 @@ core::Result<HandOver> HandOver::create(
             core::ErrorCode::usage,
             "a hand-over needs bounds on pixels above 0 and a hysteresis of at least 1");
     const bool isRoot =
-        tree.size() == 0 || (coarsest != nullptr && coarsest->key == tree[0].entry.key);
+        tree.size() == 0 || (coarsest != nullptr && voxels::entryOf(*coarsest) == tree[0].entry);
     if (!isRoot)
         return core::failure(
             core::ErrorCode::badData,

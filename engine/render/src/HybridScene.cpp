@@ -41,7 +41,10 @@ struct HybridScene::Parts {
     double reach = 0;
     std::uint64_t frames = 0;
     std::size_t fadingBytes = 0;
-    VoxelScene lastVoxels; ///< its draws are the streamer's, until the next frame
+    bool hasVoxels = false;    ///< some of them have been there: without, meshes show everything
+    bool waits = false;        ///< a delta, for the next transition
+    bool ownersChange = false; ///< in the transition under way
+    VoxelScene lastVoxels;     ///< its draws are the streamer's, until the next frame
     float lastWeight = 1;
 
     void setReach(const hierarchy::View& view);
@@ -80,9 +83,12 @@ core::Result<HybridScene> HybridScene::create(
         .handOver = {},
         .details = {},
         .lastVoxels = {}});
-    renderer.holdChanges(parts->clock.length() > 0);
-    if (!model)
+    const auto made = [&] {
+        renderer.holdChanges(parts->clock.length() > 0);
         return HybridScene(std::move(parts));
+    };
+    if (!model)
+        return made();
     const auto pool = renderer.chunkCacheBytes();
     if (!pool)
         return tl::unexpected(pool.error());
@@ -96,7 +102,7 @@ core::Result<HybridScene> HybridScene::create(
         return tl::unexpected(streamer.error());
     parts->streamer = std::move(*streamer);
     if (surface == nullptr)
-        return HybridScene(std::move(parts));
+        return made();
     const voxels::ChunkTree& tree = parts->streamer->tree();
     std::optional<voxels::Chunk> coarsest;
     if (tree.size() > 0) {
@@ -107,12 +113,12 @@ core::Result<HybridScene> HybridScene::create(
     }
     HandOverSettings handOver = settings.handOver;
     handOver.meshPixels = settings.pixelError;
-    auto made = HandOver::create(
+    auto decider = HandOver::create(
         tree, coarsest ? &*coarsest : nullptr, surface->domain(), settings.latticeSize, handOver);
-    if (!made)
-        return tl::unexpected(made.error());
-    parts->handOver = std::move(*made);
-    return HybridScene(std::move(parts));
+    if (!decider)
+        return tl::unexpected(decider.error());
+    parts->handOver = std::move(*decider);
+    return made();
 }
 
 const HandOver* HybridScene::handOver() const
@@ -138,6 +144,7 @@ core::Result<UploadStats> HybridScene::Parts::apply(const surface::Delta& delta)
     auto applied = renderer->apply(delta);
     if (applied && handOver)
         handOver->apply(delta);
+    waits = waits || !delta.isEmpty();
     return applied;
 }
 
@@ -173,6 +180,7 @@ void HybridScene::Parts::noteDetails(const voxels::ChunkFrame& frame)
             details.push_back({tree[draw.index].entry.key, draw.key.level});
     for (const voxels::CoveredChunk& chunk : frame.covered)
         details.push_back({tree[chunk.index].entry.key, chunk.level});
+    hasVoxels = hasVoxels || !details.empty();
     coarsening = frame.coarsening;
 }
 
@@ -180,11 +188,13 @@ core::Result<void> HybridScene::Parts::show(
     const hierarchy::View& view, const Scene& scene, bool begins, float weight, HybridFrame& frame)
 {
     const Clock::time_point start = Clock::now();
-    if (begins)
-        renderer->beginTransition();
     bool hasChanged = false;
-    if (handOver && begins)
-        hasChanged = handOver->begin(view, details);
+    if (begins) {
+        renderer->beginTransition();
+        waits = false;
+        hasChanged = handOver && hasVoxels && handOver->begin(view, details);
+        ownersChange = hasChanged;
+    }
     if (handOver && weight >= 1)
         handOver->end();
     Scene shown = scene;
@@ -246,6 +256,9 @@ core::Result<void> HybridScene::Parts::show(
         return tl::unexpected(drawn.error());
     frame.drawn = *drawn;
     fadingBytes = drawn->fadingBytes;
+    const bool fades = waits || ownersChange || fadingBytes > 0 || drawn->cellsFading > 0 ||
+                       drawn->voxels.chunksFading > 0;
+    frame.isComplete = frame.isComplete && (weight >= 1 || !fades);
     return {};
 }
 
@@ -272,7 +285,7 @@ HybridScene::frame(const hierarchy::View& view, const Scene& scene, double secon
     }
     if (const auto shown = parts.show(view, scene, begins, weight, frame); !shown)
         return tl::unexpected(shown.error());
-    frame.isComplete = frame.isComplete && isSettled && weight >= 1;
+    frame.isComplete = frame.isComplete && isSettled;
     return frame;
 }
 
@@ -280,7 +293,13 @@ core::Result<FrameStats> HybridScene::redraw(const hierarchy::View& view, const 
 {
     Scene shown = scene;
     shown.transition = _parts->lastWeight;
-    return _parts->renderer->draw(view, shown, _parts->lastVoxels);
+    auto drawn = _parts->renderer->draw(view, shown, _parts->lastVoxels);
+    if (!drawn)
+        return drawn;
+    // The streamer doesn't know of this picture, and may write over what it reads.
+    if (const auto done = _parts->renderer->finish(); !done)
+        return tl::unexpected(done.error());
+    return drawn;
 }
 
 core::Result<HybridFrame> HybridScene::settle(
@@ -323,6 +342,8 @@ core::Result<HybridFrame> HybridScene::settle(
         if (frame.isComplete && wasComplete) {
             frame.meshes = meshes;
             frame.damaged = std::move(damaged);
+            // all of this is there at once: nothing of it is to fade afterwards
+            parts.clock = TransitionClock(parts.settings.transitionSeconds);
             return frame;
         }
         wasComplete = frame.isComplete;

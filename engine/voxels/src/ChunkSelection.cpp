@@ -133,7 +133,8 @@ void ChunkSelection::draw(
     Node& node = _nodes[index];
     if (!isTest && isCovered(index)) {
         node.seen = _tick; // nobody knows
-        _covered.push_back({index, _tree[index].entry.key.level});
+        if ((pictures & kPresent) != 0)
+            _covered.push_back({index, _tree[index].entry.key.level});
         return;
     }
     if (node.drawn + 1 != _tick || node.wasTested != isTest || pictures != kBoth)
@@ -183,14 +184,15 @@ ChunkSelection::childrenInView(ChunkIndex index, const IsThere& isThere) const
     return children;
 }
 
-void ChunkSelection::listMissing(ChunkIndex index, const IsThere& isThere)
+void ChunkSelection::listMissing(ChunkIndex index, Pictures pictures, const IsThere& isThere)
 {
     for (const ChunkIndex child : _tree[index].children) {
         if (child == kNoChunk || !mayShow(child) || isThere(child) || isForced(child) ||
             !isCovered(child))
             continue;
         _nodes[index].seen = _tick;
-        _covered.push_back({child, _tree[index].entry.key.level});
+        if ((pictures & kPresent) != 0)
+            _covered.push_back({child, _tree[index].entry.key.level});
     }
 }
 
@@ -240,7 +242,7 @@ ChunkSelection::Tick ChunkSelection::visit(
         for (std::size_t i = 0; i < children.count; ++i)
             node.seen = std::max(node.seen, visit(children.ready[i], below, isThere, draws));
         if (_turn.isCovered)
-            listMissing(index, isThere);
+            listMissing(index, below, isThere);
     }
     if (below == kBoth && children.areAll)
         node.open = _tick;

@@ -144,7 +144,7 @@ private:
     };
     [[nodiscard]] Children childrenInView(ChunkIndex index, const IsThere& isThere) const;
     /// Lists the children of a chunk that they all would have to wait for, were they not covered.
-    void listMissing(ChunkIndex index, const IsThere& isThere);
+    void listMissing(ChunkIndex index, Pictures pictures, const IsThere& isThere);
     [[nodiscard]] Pictures decided(Pictures before, Pictures best, bool isPossible) const;
     void enter(ChunkIndex index);
     void draw(

@@ -66,6 +66,7 @@ public:
     /// @param surface   null for voxels alone; nothing handed out of it yet; must outlive the scene
     /// @param model     voxels of the same field in the same place; null for meshes alone
     /// @param jobs      where chunks are loaded; not null
+    /// The renderer holds changes from then on, if transitions take time: Renderer::holdChanges.
     /// @return what HandOver::create, ChunkStreamer::create and Renderer::chunkCacheBytes say
     static core::Result<HybridScene> create(
         Renderer& renderer,
@@ -85,6 +86,7 @@ public:
 
     /// Draws once more what the last frame showed, as another view sees it, and changes nothing: to
     /// tell what a movement changes from what a change of detail does. Not before the first frame.
+    /// Waits for the picture.
     core::Result<FrameStats> redraw(const hierarchy::View& view, const Scene& scene);
 
     /// Draws until all that the view needs is there: for still pictures and first frames.
