@@ -545,6 +545,7 @@ TEST_F(Command, saysThatThereIsNoDevice)
         {"Vulkan"},
         "VK_ICD_FILENAMES=/nonexistent VK_DRIVER_FILES=/nonexistent");
     expectFailure("fly --preset alpin --frames 1", 2, {"alpin", "canyon"});
+    expectFailure("fly --frames 1 --hand-over 2", 2, {"--hand-over", "--far-voxels"});
     expectFailure("render proc:sphere -o a.png --size 0x5", 2, {"0x5"});
 }
 
