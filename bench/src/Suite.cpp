@@ -66,4 +66,12 @@ core::Result<std::vector<Suite>> suitesNamed(const std::vector<std::string>& nam
     return chosen;
 }
 
+void noteUndrawn(SuiteResult& result, const Context& context, const core::Error& error)
+{
+    if (error.code == core::ErrorCode::noDevice)
+        result.notes = {"not measured: " + error.message};
+    else if (!context.isStopped())
+        result.check("pictures are drawn", false, error.message);
+}
+
 } // namespace isofront::bench

@@ -286,10 +286,7 @@ SuiteResult runPicture(const Context& context)
 {
     SuiteResult result;
     const auto fail = [&](const core::Error& error) {
-        if (error.code == core::ErrorCode::noDevice)
-            result.notes = {"not measured: " + error.message};
-        else if (!context.isStopped())
-            result.check("voxels are drawn", false, error.message);
+        noteUndrawn(result, context, error);
         return result;
     };
     const auto subject = subjectFor(context);

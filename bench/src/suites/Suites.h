@@ -32,4 +32,8 @@ SuiteResult runVertices(const Context& context);
 SuiteResult runVoxelRays(const Context& context);
 SuiteResult runVoxels(const Context& context);
 
+/// What a suite of pictures says where one can't be drawn: a note if there is no device for it, a
+/// check that fails otherwise, and nothing if the suite was stopped.
+void noteUndrawn(SuiteResult& result, const Context& context, const core::Error& error);
+
 } // namespace isofront::bench

@@ -129,10 +129,7 @@ SuiteResult runTransitions(const Context& context)
 {
     SuiteResult result;
     const auto fail = [&](const core::Error& error) {
-        if (error.code == core::ErrorCode::noDevice)
-            result.notes = {"not measured: " + error.message};
-        else if (!context.isStopped())
-            result.check("voxels are drawn", false, error.message);
+        noteUndrawn(result, context, error);
         return result;
     };
     auto fading = Fading::create(context);
