@@ -1,24 +1,19 @@
 #include "VoxelPicture.h"
 
 #include "Console.h"
+#include "ModelView.h"
 #include "Pictures.h"
 
 #include <isofront/core/Process.h>
-#include <isofront/exchange/ModelFile.h>
 #include <isofront/exchange/Png.h>
 #include <isofront/voxels/ChunkStore.h>
 #include <isofront/voxels/ChunkStreamer.h>
 
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <memory>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,61 +23,6 @@ namespace {
 
 using core::ErrorCode;
 using Clock = std::chrono::steady_clock;
-
-/// Models have y up; scans, landscapes and formulas z.
-bool isUpright(const voxels::StoredModel& model)
-{
-    return exchange::isModelName(model.name) || model.name.ends_with(".vdb");
-}
-
-glm::dvec3 upOf(const VoxelPictureRequest& request, const voxels::StoredModel& model)
-{
-    if (request.up)
-        return glm::normalize(*request.up);
-    return isUpright(model) ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
-}
-
-/// Towards the front, from the right and from above.
-glm::dvec3 forwardOf(const glm::dvec3& up)
-{
-    const glm::dvec3 front = up.y > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, -1, 0);
-    return -glm::normalize(front + 0.45 * glm::cross(up, front) + 0.4 * up);
-}
-
-bool isLandscape(const std::string& name)
-{
-    return name.starts_with("proc:terrain");
-}
-
-/// Landscapes get their own light and ground, all else is an object before a wall.
-void dress(render::Scene& scene, const std::string& name, const glm::dvec3& up)
-{
-    scene.up = up;
-    scene.look = render::Look::studio;
-    if (!isLandscape(name))
-        return;
-    scene.look = render::Look::terrain;
-    const std::string_view key = "preset=";
-    const std::size_t preset = name.find(key);
-    if (preset != std::string::npos) {
-        const std::string kind = name.substr(preset + key.size());
-        scene.terrain = render::terrainLook(kind.substr(0, kind.find('&')));
-    }
-}
-
-/// So far that the sun's map covers all that a view shows of a box [world].
-double shadowDistance(const core::Box& box, const glm::dvec3& eye)
-{
-    const glm::dvec3 farthest = glm::max(glm::abs(box.low - eye), glm::abs(box.high - eye));
-    return 1.1 * glm::length(farthest); // it is a square, most of which lies before the eye
-}
-
-/// A cube around a box, for the renderer: it sets the near plane.
-hierarchy::Domain domainAround(const core::Box& box)
-{
-    const glm::dvec3 size = box.size();
-    return {.origin = box.low, .edge = std::max({size.x, size.y, size.z})};
-}
 
 /// The last picture, and what led to it.
 struct Picture {
@@ -205,52 +145,42 @@ int renderVoxels(const VoxelPictureRequest& request)
     const auto start = Clock::now();
     const std::stop_token stop = interruptions();
     Progress progress(request.quiet);
-    auto opened = voxels::openAnyStore(request.model);
+    const auto opened = openModel(request.model, request.up);
     if (!opened)
         return report(opened.error());
-    const std::shared_ptr<const voxels::ChunkStore> store = std::move(*opened);
-    const voxels::StoredModel model = store->model();
-    const auto box = voxels::worldBox(*store);
-    if (!box)
-        return report(box.error());
-    if (box->isEmpty())
-        return report({ErrorCode::badData, request.model.string() + ": the model has no voxels"});
-    const glm::dvec3 up = upOf(request, model);
-    const glm::dvec3 target = request.target.value_or(box->centre());
+    const ShownModel& shown = *opened;
+    const voxels::StoredModel model = shown.store->model();
+    const glm::dvec3 target = request.target.value_or(shown.box.centre());
     const glm::dvec3 eye = request.eye.value_or(placeBefore(
-        *box, target, forwardOf(up), up, request.fov, request.size.width, request.size.height));
+        shown.box,
+        target,
+        forwardTo(shown),
+        shown.up,
+        request.fov,
+        request.size.width,
+        request.size.height));
     if (eye == target)
         return report({ErrorCode::usage, "--eye and --target must not be the same point"});
     const hierarchy::View view =
-        viewTo(eye, target, request.fov, request.size.width, request.size.height, up);
+        viewTo(eye, target, request.fov, request.size.width, request.size.height, shown.up);
 
-    auto device = gpu::Device::create({.device = request.device});
-    if (!device)
-        return report(device.error());
-    Studio studio;
-    studio.device = std::move(*device);
-    constexpr std::uint32_t kNoMeshes = 1U << 16U; // [bytes]
-    auto renderer = render::Renderer::create(
-        *studio.device,
-        domainAround(*box),
-        {.width = request.size.width,
+    auto opening = openStudio(
+        shown,
+        {.device = request.device,
+         .width = request.size.width,
          .height = request.size.height,
-         .poolBytes = 2ULL * kNoMeshes,
-         .slabBytes = kNoMeshes,
-         .samples = request.samples,
-         .shadowMapSize = isLandscape(model.name) ? 2048 : 16,
-         .voxelPoolBytes = request.cacheBytes});
-    if (!renderer)
-        return report(renderer.error());
-    studio.renderer = std::move(*renderer);
-    dress(studio.scene, model.name, up);
-    studio.scene.shadowDistance = shadowDistance(*box, eye);
+         .samples = request.samples},
+        request.cacheBytes);
+    if (!opening)
+        return report(opening.error());
+    Studio studio = std::move(*opening);
+    studio.scene.shadowDistance = shadowDistance(shown, eye);
     const auto cacheBytes = studio.renderer->chunkCacheBytes();
     if (!cacheBytes)
         return report(cacheBytes.error());
     constexpr std::uint64_t kAll = std::uint64_t{1} << 32U;
     auto streamer = voxels::ChunkStreamer::create(
-        store,
+        shown.store,
         {.voxelPixels = request.voxelPixels,
          .occlusion = false,
          .cacheBytes = *cacheBytes,
