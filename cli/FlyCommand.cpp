@@ -1,9 +1,9 @@
 #include "Arguments.h"
 #include "Console.h"
-#include "FarField.h"
-#include "Flight.h"
-#include "Pictures.h"
-#include "SourceArguments.h"
+#include "FlightStage.h"
+#include "FlyArguments.h"
+#include "ModelView.h"
+#include "OutputFolder.h"
 #include "report/FlightReport.h"
 #include "report/Popping.h"
 
@@ -35,36 +35,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kSheetPictures = 12;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetThumbnail = 480; // [px]
-constexpr int kShadowInterval = 8;   // frames
-
-struct FlyArguments {
-    std::string source;
-    SourceArguments input;
-    std::string preset = "alpine";
-    std::optional<double> isovalue;
-    std::uint64_t seed = 1;
-    std::size_t frames = 240;
-    double speed = 0;
-    double fov = 60;
-    std::string size = "1280x720";
-    double pixelError = 3;
-    double updateMilliseconds = 4;
-    double fade = 0.25; ///< [s]
-    bool measurePopping = false;
-    std::string farVoxels;
-    double handOver = render::HandOverSettings{}.pixels;
-    int lattice = 16;
-    double filter = extractor::ExtractionSettings{}.filterStrength;
-    MeshOptions mesh;
-    DetailOptions detail;
-    std::string out = "flight";
-    int samples = 1;
-    std::string device;
-    std::size_t threads = 0;
-    bool window = false;
-    bool json = false;
-    bool quiet = false;
-};
 
 double millisecondsSince(Clock::time_point start)
 {
@@ -96,10 +66,11 @@ public:
         if (const auto error = prepare())
             return report(*error);
         std::optional<core::Error> error = takeOff();
-        for (std::size_t i = 0; !error && i < _views.size() && !_stop.stop_requested(); ++i) {
+        for (std::size_t i = 0; !error && i < _stage->views.size() && !_stop.stop_requested();
+             ++i) {
             _progress.show(
-                "frame " + std::to_string(i + 1) + " of " + std::to_string(_views.size()),
-                double(i) / double(_views.size()));
+                "frame " + std::to_string(i + 1) + " of " + std::to_string(_stage->views.size()),
+                double(i) / double(_stage->views.size()));
             error = frame(i);
         }
         // What was flown is kept, even if the flight ended early.
@@ -127,161 +98,17 @@ private:
 
     MaybeError prepare()
     {
-        const auto size = parseSize(_arguments.size);
-        if (!size)
-            return size.error();
-        if (_arguments.window)
-            return core::Error{
-                ErrorCode::usage,
-                "--window: this version flies without a window; leave it out and watch the video"};
-        if (const auto checked = checkPixelError(_arguments.pixelError); !checked)
-            return checked.error();
-        const auto detail = _arguments.detail.request();
-        if (!detail)
-            return detail.error();
-        _detail = *detail;
-        if (!extractor::VolumeMesh::isValidSize(_arguments.lattice) || _arguments.lattice < 4)
-            return core::Error{
-                ErrorCode::usage,
-                "--lattice " + std::to_string(_arguments.lattice) + ": it must be 4, 8 or 16"};
-        const std::string text = !_arguments.source.empty()
-                                     ? _arguments.source
-                                     : "proc:terrain?preset=" + _arguments.preset +
-                                           "&seed=" + std::to_string(_arguments.seed);
-        auto source = openSource(text, _arguments.input, _stop);
-        if (!source)
-            return source.error();
-        _source = std::move(*source);
-        for (const std::string& note : _source.notes)
-            _progress.say("note: " + note);
-        if (!_arguments.isovalue && _source.volume)
-            _progress.say(isovalueNote(_source.defaultIsovalue));
-        if (_source.volume)
-            frameSurface(
-                _source,
-                _arguments.isovalue.value_or(_source.defaultIsovalue),
-                false,
-                _arguments.fov,
-                size->width,
-                size->height);
-
-        std::error_code failed;
-        std::filesystem::create_directories(_arguments.out, failed);
-        if (failed)
-            return core::Error{
-                ErrorCode::inputOutput,
-                "--out " + _arguments.out + ": the folder can't be made (" + failed.message() +
-                    "); choose another one"};
-
-        auto studio = openStudio(
-            _source,
-            {.device = _arguments.device,
-             .width = size->width,
-             .height = size->height,
-             .samples = _arguments.samples,
-             .shadowInterval = kShadowInterval});
-        if (!studio)
-            return studio.error();
-        _studio = std::move(*studio);
-        // Shadows that are some frames old would change the picture, too.
-        if (_arguments.measurePopping)
-            _studio->scene.shadowInterval = 1;
-
-        _jobs = core::makeJobs(core::JobsBackend::automatic, _arguments.threads);
-        const double isovalue = _arguments.isovalue.value_or(_source.defaultIsovalue);
-        const surface::SurfaceOptions options = surfaceOptions(
-            _source,
-            isovalue,
-            _arguments.lattice,
-            _arguments.filter,
-            _arguments.pixelError,
-            false,
-            _arguments.mesh,
-            _detail);
-        _surface.emplace(_source.field, _source.domain, options, _jobs);
-        if (const MaybeError error = makeScene(options, isovalue))
-            return error;
-        _progress.show("finding a way", -1);
-        _views = flightPath(
-            _source,
-            {.frames = _arguments.frames,
-             .framesPerSecond = kFramesPerSecond,
-             .speed = _arguments.speed,
-             .fovDegrees = _arguments.fov,
-             .width = size->width,
-             .height = size->height});
-        describe(*size);
-        return openVideo(*size);
+        if (auto made = _folder.make(_arguments.out); !made)
+            return made.error();
+        auto stage = stageOf(_arguments, _progress, _stop);
+        if (!stage)
+            return stage.error();
+        _stage.emplace(std::move(*stage));
+        _report.settings = _stage->settings;
+        return openVideo();
     }
 
-    MaybeError makeScene(const surface::SurfaceOptions& options, double isovalue)
-    {
-        std::shared_ptr<const voxels::ChunkStore> far;
-        if (!_arguments.farVoxels.empty()) {
-            auto opened = openFarField(
-                _arguments.farVoxels,
-                _source,
-                isovalue,
-                _arguments.filter,
-                *_jobs,
-                _progress,
-                _stop);
-            if (!opened)
-                return opened.error();
-            far = std::move(*opened);
-        }
-        auto scene = render::HybridScene::create(
-            *_studio->renderer,
-            &*_surface,
-            far,
-            _jobs,
-            {.handOver = {.pixels = _arguments.handOver},
-             .transitionSeconds = _arguments.fade,
-             .pixelError = _arguments.pixelError,
-             .detail = options.detail,
-             .latticeSize = _arguments.lattice,
-             .updateMilliseconds = _arguments.updateMilliseconds});
-        if (!scene)
-            return scene.error();
-        _scene.emplace(std::move(*scene));
-        return std::nullopt;
-    }
-
-    void describe(const PictureSize& size)
-    {
-        FlightSettings& settings = _report.settings;
-        settings.source = _source.name;
-        settings.preset = _arguments.source.empty() ? _arguments.preset : "";
-        settings.seed = _arguments.source.empty() ? _arguments.seed : 0;
-        settings.width = size.width;
-        settings.height = size.height;
-        settings.pixelError = _arguments.pixelError;
-        settings.device = _studio->device->description().name;
-        settings.threads = static_cast<int>(_jobs->concurrency());
-        settings.versions = {
-            {"isofront", ISOFRONT_VERSION},
-            {"driver", _studio->device->description().driver},
-            {"vulkan", _studio->device->description().apiVersion}};
-        settings.others = {
-            {"lattice", std::to_string(_arguments.lattice)},
-            {"filter", brief(_arguments.filter)},
-            {"msaa", std::to_string(_arguments.samples)},
-            {"fade_seconds", brief(_arguments.fade)},
-            {"update_milliseconds", brief(_arguments.updateMilliseconds)}};
-        if (!_arguments.farVoxels.empty()) {
-            settings.others.emplace_back("far_voxels", _arguments.farVoxels);
-            settings.others.emplace_back("hand_over_pixels", brief(_arguments.handOver));
-        }
-        nlohmann::ordered_json others;
-        _arguments.mesh.describe(others);
-        _detail.describeDetail(others);
-        _detail.describeCeilings(others);
-        for (const auto& [key, value] : others.items())
-            settings.others.emplace_back(
-                key, value.is_string() ? value.get<std::string>() : value.dump());
-    }
-
-    MaybeError openVideo(const PictureSize& size)
+    MaybeError openVideo()
     {
         if (!exchange::VideoWriter::available()) {
             _progress.say("note: there is no ffmpeg, so frames are written as PNG files");
@@ -289,7 +116,9 @@ private:
         }
         auto video = exchange::VideoWriter::open(
             inFolder("flight.mp4"),
-            {.width = size.width, .height = size.height, .framesPerSecond = kFramesPerSecond});
+            {.width = _report.settings.width,
+             .height = _report.settings.height,
+             .framesPerSecond = kFramesPerSecond});
         if (!video)
             return video.error();
         _video.emplace(std::move(*video));
@@ -300,9 +129,11 @@ private:
     /// compiled at their first use.
     MaybeError takeOff()
     {
-        const auto settled = _scene->settle(
-            _views.front(),
-            _studio->scene,
+        if (!_stage->surface)
+            _progress.show("loading " + _arguments.source, -1);
+        const auto settled = _stage->scene->settle(
+            _stage->views.front(),
+            _stage->studio.scene,
             [&](double share) { _progress.show("first surface", share); },
             _stop);
         if (!settled && settled.error().code == ErrorCode::interrupted)
@@ -310,49 +141,42 @@ private:
         if (!settled)
             return tooLarge(settled.error());
         tellDamage(settled->damaged);
-        if (auto drawn = _scene->frame(_views.front(), _studio->scene, -1.0); !drawn)
+        if (auto drawn = _stage->scene->frame(_stage->views.front(), _stage->studio.scene, -1.0);
+            !drawn)
             return drawn.error();
-        if (auto done = _studio->renderer->finish(); !done)
+        if (auto done = _stage->studio.renderer->finish(); !done)
             return done.error();
-        _before = _surface->stats();
+        if (_stage->surface)
+            _before = _stage->surface->stats();
         return std::nullopt;
     }
 
     MaybeError frame(std::size_t number)
     {
-        const hierarchy::View& view = _views[number];
+        const hierarchy::View& view = _stage->views[number];
         const double time = double(number) / kFramesPerSecond;
         if (const auto error = drawUnchanged(view))
             return error;
         const auto start = Clock::now();
-        const auto drawn = _scene->frame(view, _studio->scene, time);
+        const auto drawn = _stage->scene->frame(view, _stage->studio.scene, time);
         if (!drawn)
             return tooLarge(drawn.error());
         tellDamage(drawn->damaged);
         FrameRecord record;
         record.updateMilliseconds = drawn->surfaceMilliseconds;
         record.cpuMilliseconds = millisecondsSince(start);
-        const auto passes = _studio->renderer->finish();
+        const auto passes = _stage->studio.renderer->finish();
         if (!passes)
             return passes.error();
         for (const render::PassTime& pass : *passes)
             record.gpuMilliseconds += pass.milliseconds;
 
-        const surface::SurfaceStats stats = _surface->stats();
         record.time = time;
         record.triangles = drawn->drawn.triangles;
         record.draws = drawn->drawn.draws;
-        record.shownCells = stats.shownCells;
-        record.cellsExtracted = stats.cellsExtracted - _before.cellsExtracted;
-        record.cellsSkipped = stats.cellsSkipped - _before.cellsSkipped;
-        record.cellsFromCache = stats.cellsFromCache - _before.cellsFromCache;
-        record.cellsPending = stats.pendingCells;
         record.cellsFading = drawn->drawn.cellsFading;
         record.fadingBytes = drawn->drawn.fadingBytes;
         record.uploadedBytes = drawn->meshes.uploadedBytes + drawn->uploadedVoxelBytes;
-        record.effectivePixelError = stats.effectivePixelError;
-        record.meshBytes = stats.meshBytes;
-        record.cacheBytes = stats.cacheBytes;
         record.deviceBytes = drawn->drawn.deviceBytes;
         record.voxels = drawn->drawn.voxels.voxels;
         record.voxelChunks = drawn->drawn.voxels.chunksDrawn;
@@ -360,11 +184,27 @@ private:
         record.voxelBytes = drawn->residentVoxelBytes;
         record.meshBlocks = drawn->meshBlocks;
         record.voxelBlocks = drawn->voxelBlocks;
+        record.effectiveVoxelPixels = drawn->voxelPixels;
         record.residentBytes = residentBytes();
         record.eye = view.eye;
+        if (_stage->surface)
+            recordSurface(record);
         _report.frames.push_back(record);
-        _before = stats;
         return keepPicture(number);
+    }
+
+    void recordSurface(FrameRecord& record)
+    {
+        const surface::SurfaceStats stats = _stage->surface->stats();
+        record.shownCells = stats.shownCells;
+        record.cellsExtracted = stats.cellsExtracted - _before.cellsExtracted;
+        record.cellsSkipped = stats.cellsSkipped - _before.cellsSkipped;
+        record.cellsFromCache = stats.cellsFromCache - _before.cellsFromCache;
+        record.cellsPending = stats.pendingCells;
+        record.effectivePixelError = stats.effectivePixelError;
+        record.meshBytes = stats.meshBytes;
+        record.cacheBytes = stats.cacheBytes;
+        _before = stats;
     }
 
     /// For measuring: the view as it would be if nothing of the mesh changed.
@@ -372,9 +212,9 @@ private:
     {
         if (!_arguments.measurePopping)
             return std::nullopt;
-        if (const auto drawn = _scene->redraw(view, _studio->scene); !drawn)
+        if (const auto drawn = _stage->scene->redraw(view, _stage->studio.scene); !drawn)
             return drawn.error();
-        auto image = _studio->renderer->readImage();
+        auto image = _stage->studio.renderer->readImage();
         if (!image)
             return image.error();
         _unchanged = std::move(*image);
@@ -383,7 +223,7 @@ private:
 
     MaybeError keepPicture(std::size_t number)
     {
-        const auto image = _studio->renderer->readImage();
+        const auto image = _stage->studio.renderer->readImage();
         if (!image)
             return image.error();
         if (_arguments.measurePopping) {
@@ -391,7 +231,7 @@ private:
             _report.frames.back().largestPop = popping.largest;
             _report.frames.back().meanPop = popping.mean;
         }
-        const std::size_t every = std::max<std::size_t>(1, _views.size() / kSheetPictures);
+        const std::size_t every = std::max<std::size_t>(1, _stage->views.size() / kSheetPictures);
         if (number % every == every / 2 && _sheet.size() < kSheetPictures)
             _sheet.push_back(*image);
         if (_video) {
@@ -453,22 +293,30 @@ private:
             json["cells_extracted"] = summary.cellsExtracted;
             json["cells_skipped"] = summary.cellsSkipped;
             json["cells_from_cache"] = summary.cellsFromCache;
+            json["mean_voxels"] = summary.meanVoxels;
+            json["effective_voxel_pixels_max"] = summary.maxEffectiveVoxelPixels;
+            json["chunks_damaged"] = _damaged;
             print(json);
             return;
         }
-        std::array<char, 160> line{};
+        std::array<char, 200> line{};
         std::snprintf(
             line.data(),
             line.size(),
-            "%zu frames, %.0f triangles each; median %.1f ms on the processor, %.1f ms on %s",
+            "%zu frames, %.0f %s each; median %.1f ms on the processor, %.1f ms on %s",
             _report.frames.size(),
-            summary.meanTriangles,
+            _stage->surface ? summary.meanTriangles : summary.meanVoxels,
+            _stage->surface ? "triangles" : "voxels",
             summary.cpuMilliseconds.p50,
             summary.gpuMilliseconds.p50,
             _report.settings.device.c_str());
         _progress.say(line.data());
         if (const std::string note =
                 coarserNote(_arguments.pixelError, summary.maxEffectivePixelError);
+            !note.empty())
+            _progress.say(note);
+        if (const std::string note = coarserVoxelsNote(
+                _stage->voxelPixels, summary.maxEffectiveVoxelPixels, _stage->cacheBytes);
             !note.empty())
             _progress.say(note);
         for (const std::filesystem::path& name :
@@ -482,13 +330,14 @@ private:
 
     void tellDamage(const std::vector<core::Error>& damaged)
     {
+        _damaged += damaged.size();
         for (const core::Error& error : damaged)
             _progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
     }
 
-    static core::Error tooLarge(const core::Error& error)
+    [[nodiscard]] core::Error tooLarge(const core::Error& error) const
     {
-        if (error.code != ErrorCode::resourceLimit)
+        if (error.code != ErrorCode::resourceLimit || !_stage->surface)
             return error;
         return error.within("the meshes don't fit on the device; choose a larger --pixel-error");
     }
@@ -498,22 +347,16 @@ private:
         return (std::filesystem::path(_arguments.out) / name).string();
     }
 
-    static constexpr double kFramesPerSecond = 30;
-
     const FlyArguments& _arguments;
     Progress& _progress;
     std::stop_token _stop;
     core::Image _unchanged; ///< the frame's view, before its changes
-    Source _source;
-    DetailRequest _detail;
-    std::optional<Studio> _studio;
-    std::shared_ptr<core::Jobs> _jobs;
-    std::optional<surface::Surface> _surface;
-    std::optional<render::HybridScene> _scene;
-    std::vector<hierarchy::View> _views;
+    OutputFolder _folder;
+    std::optional<FlightStage> _stage;
     std::optional<exchange::VideoWriter> _video;
     std::vector<core::Image> _sheet;
     surface::SurfaceStats _before;
+    std::size_t _damaged = 0; ///< chunks that couldn't be read
     FlightReport _report;
 };
 
@@ -530,6 +373,7 @@ Action addFly(CLI::App& app)
     auto arguments = std::make_shared<FlyArguments>();
     CLI::App* command = app.add_subcommand(
         "fly", "Fly over a terrain or around a source: a video, a contact sheet and a report");
+    arguments->command = command;
     addSource(*command, arguments->source);
     command->add_option("--preset", arguments->preset, "terrain: see 'isofront info proc:'")
         ->capture_default_str();
@@ -574,6 +418,8 @@ Action addFly(CLI::App& app)
         ->check(within(0.05, 100.0))
         ->needs(farVoxels)
         ->capture_default_str();
+    addVoxelOptions(*command, arguments->voxelPixels, arguments->way, arguments->up);
+    addCacheOption(*command, arguments->cacheMib, "");
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")
@@ -595,11 +441,12 @@ Action addFly(CLI::App& app)
     command->add_flag("--json", arguments->json, "one JSON object on standard output");
     command->add_flag("-q,--quiet", arguments->quiet, "no progress and remarks");
     command->footer(
-        "A SOURCE stands in for --preset and --seed; landscapes are flown over, all else "
-        "around.\n\n"
+        "A SOURCE stands in for --preset and --seed; landscapes are flown over, all else, "
+        "models that 'isofront voxelize' made among it, around.\n\n"
         "Examples:\n"
         "  isofront fly --preset canyon --frames 600 --out flight\n"
-        "  isofront fly head.nrrd --isovalue 300 --out round");
+        "  isofront fly head.nrrd --isovalue 300 --out round\n"
+        "  isofront fly dragon.voxels --out dragon");
     return [arguments] { return fly(*arguments); };
 }
 

@@ -1,5 +1,8 @@
 #include "ModelView.h"
 
+#include "Arguments.h"
+#include "Console.h"
+
 #include <isofront/exchange/ModelFile.h>
 
 #include <glm/common.hpp>
@@ -82,8 +85,7 @@ double shadowDistance(const ShownModel& model, const glm::dvec3& eye)
     return 1.1 * glm::length(farthest); // it is a square, most of which lies before the eye
 }
 
-core::Result<Studio>
-openStudio(const ShownModel& model, const StudioOptions& options, std::uint64_t cacheBytes)
+core::Result<Studio> openStudio(const ShownModel& model, const StudioOptions& options)
 {
     auto device = gpu::Device::create({.device = options.device});
     if (!device)
@@ -100,13 +102,67 @@ openStudio(const ShownModel& model, const StudioOptions& options, std::uint64_t 
          .slabBytes = kNoMeshes,
          .samples = options.samples,
          .shadowMapSize = model.isLandscape ? 2048 : 16,
-         .voxelPoolBytes = cacheBytes});
+         .voxelPoolBytes = options.voxelBytes});
     if (!renderer)
         return tl::unexpected<core::Error>(renderer.error());
     studio.renderer = std::move(*renderer);
     dress(studio.scene, model);
     studio.scene.shadowInterval = options.shadowInterval;
     return studio;
+}
+
+core::Result<std::optional<glm::dvec3>> parseUp(const std::string& text)
+{
+    if (text.empty())
+        return std::nullopt;
+    const auto up = parsePoint(text, "--up");
+    if (!up)
+        return tl::unexpected(up.error());
+    if (*up == glm::dvec3(0.0))
+        return core::failure(core::ErrorCode::usage, "--up " + text + ": it must have a length");
+    return *up;
+}
+
+void addVoxelOptions(CLI::App& command, double& voxelPixels, std::string& way, std::string& up)
+{
+    command
+        .add_option("--voxel-pixels", voxelPixels, "voxel models: size of the largest voxel [px]")
+        ->check(within(0.05, 1000.0))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--way",
+            way,
+            "voxel models: how voxels are drawn, as 'cubes', 'splats', or 'auto' by their size")
+        ->check(CLI::IsMember({"auto", "cubes", "splats"}))
+        ->capture_default_str();
+    command.add_option("--up", up, "voxel models: X,Y,Z away from the ground");
+}
+
+void addCacheOption(CLI::App& command, std::uint64_t& mib, const std::string& whose)
+{
+    command.add_option("--cache-mib", mib, whose + "memory for voxels on the device")
+        ->check(CLI::Range(1, 4095))
+        ->capture_default_str();
+}
+
+std::string coarserVoxelsNote(double asked, double effective, std::uint64_t cacheBytes)
+{
+    if (!(effective > asked))
+        return {};
+    // with the eye among the voxels of a coarse chunk, their size has no bound
+    constexpr double kMostTold = 1000;
+    const std::string size =
+        effective <= kMostTold ? "up to " + brief(effective) : "more than " + brief(kMostTold);
+    return "note: voxels are " + size + " px large, because " + grouped(cacheBytes >> 20U) +
+           " MiB hold no more (see --cache-mib)";
+}
+
+render::VoxelWay voxelWay(const std::string& word)
+{
+    return word == "cubes"    ? render::VoxelWay::cubes
+           : word == "splats" ? render::VoxelWay::splats
+                              : render::VoxelWay::automatic;
 }
 
 } // namespace isofront::cli

@@ -6,12 +6,14 @@
 #include <isofront/core/Result.h>
 #include <isofront/voxels/ChunkStore.h>
 
+#include <CLI/CLI.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 namespace isofront::cli {
 
@@ -38,9 +40,20 @@ double shadowDistance(const ShownModel& model, const glm::dvec3& eye);
 
 /// A renderer for a model, without room for meshes. Landscapes get their own light and ground, all
 /// else is an object before a wall.
-/// @param cacheBytes  of the device, for chunks
 /// @return noDevice if there is none that fits, resourceLimit if it has too little memory
-core::Result<Studio>
-openStudio(const ShownModel& model, const StudioOptions& options, std::uint64_t cacheBytes);
+core::Result<Studio> openStudio(const ShownModel& model, const StudioOptions& options);
+
+/// "X,Y,Z" of `--up`, or nothing for an empty text. Errors: usage.
+core::Result<std::optional<glm::dvec3>> parseUp(const std::string& text);
+/// Adds what decides how voxels are shown; the values are written here.
+void addVoxelOptions(CLI::App& command, double& voxelPixels, std::string& way, std::string& up);
+/// Adds `--cache-mib`.
+/// @param whose  as "voxel models: "
+void addCacheOption(CLI::App& command, std::uint64_t& mib, const std::string& whose);
+/// What voxels were shown with, if their cache left less than was asked for; else empty.
+/// @param asked, effective  of the largest voxel [px]
+std::string coarserVoxelsNote(double asked, double effective, std::uint64_t cacheBytes);
+/// Of the word that `--way` has taken.
+render::VoxelWay voxelWay(const std::string& word);
 
 } // namespace isofront::cli

@@ -24,7 +24,8 @@ core::Result<Studio> openStudio(const Source& source, const StudioOptions& optio
         {.width = options.width,
          .height = options.height,
          .poolBytes = options.meshBytes,
-         .samples = options.samples});
+         .samples = options.samples,
+         .voxelPoolBytes = options.voxelBytes});
     if (!renderer)
         return tl::unexpected<core::Error>(renderer.error());
     studio.renderer = std::move(*renderer);

@@ -11,6 +11,7 @@
 #include <isofront/surface/Surface.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -30,6 +31,7 @@ struct StudioOptions {
     int samples = 1;                                 ///< see render::RendererOptions
     int shadowInterval = 1;                          ///< frames between two shadow maps
     std::size_t meshBytes = std::size_t{512} << 20U; ///< what meshes may take on the device
+    std::uint64_t voxelBytes = 128U << 20U;          ///< and voxels, if there are any
 };
 
 /// Errors: noDevice if there is none that fits, resourceLimit if it has too little memory.

@@ -1,5 +1,6 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "ModelView.h"
 #include "Pictures.h"
 #include "SourceArguments.h"
 #include "VoxelPicture.h"
@@ -66,8 +67,7 @@ int renderModel(const RenderArguments& arguments, const PictureSize& size)
         .quiet = arguments.quiet};
     for (const auto& [text, point, name] :
          {std::tuple{&arguments.eye, &request.eye, "--eye"},
-          std::tuple{&arguments.target, &request.target, "--target"},
-          std::tuple{&arguments.up, &request.up, "--up"}}) {
+          std::tuple{&arguments.target, &request.target, "--target"}}) {
         if (text->empty())
             continue;
         const auto parsed = parsePoint(*text, name);
@@ -75,8 +75,10 @@ int renderModel(const RenderArguments& arguments, const PictureSize& size)
             return report(parsed.error());
         *point = *parsed;
     }
-    if (request.up == glm::dvec3(0.0))
-        return report({ErrorCode::usage, "--up 0,0,0: it must have a length"});
+    const auto up = parseUp(arguments.up);
+    if (!up)
+        return report(up.error());
+    request.up = *up;
     return renderVoxels(request);
 }
 
@@ -270,7 +272,6 @@ Action addRender(CLI::App& app)
         ->check(isovalues());
     command->add_option("--eye", arguments->eye, "X,Y,Z [world]; default: a good place");
     command->add_option("--target", arguments->target, "X,Y,Z to look at [world]");
-    command->add_option("--up", arguments->up, "voxel models: X,Y,Z away from the ground");
     command->add_option("--fov", arguments->fov, "vertical field of view [degrees]")
         ->check(within(1.0, 179.0))
         ->capture_default_str();
@@ -278,25 +279,8 @@ Action addRender(CLI::App& app)
     addSamples(*command, arguments->samples);
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
         ->capture_default_str();
-    command
-        ->add_option(
-            "--voxel-pixels",
-            arguments->voxelPixels,
-            "voxel models: size of the largest voxel [px]")
-        ->check(within(0.05, 1000.0))
-        ->capture_default_str();
-    command
-        ->add_option(
-            "--way",
-            arguments->way,
-            "voxel models: how voxels are drawn, as 'cubes', 'splats', or 'auto' by their size")
-        ->check(CLI::IsMember({"auto", "cubes", "splats"}))
-        ->capture_default_str();
-    command
-        ->add_option(
-            "--cache-mib", arguments->cacheMib, "voxel models: memory for voxels on the device")
-        ->check(CLI::Range(1, 4095))
-        ->capture_default_str();
+    addVoxelOptions(*command, arguments->voxelPixels, arguments->way, arguments->up);
+    addCacheOption(*command, arguments->cacheMib, "voxel models: ");
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")

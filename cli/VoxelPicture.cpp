@@ -169,8 +169,8 @@ int renderVoxels(const VoxelPictureRequest& request)
         {.device = request.device,
          .width = request.size.width,
          .height = request.size.height,
-         .samples = request.samples},
-        request.cacheBytes);
+         .samples = request.samples,
+         .voxelBytes = request.cacheBytes});
     if (!opening)
         return report(opening.error());
     Studio studio = std::move(*opening);
@@ -192,9 +192,7 @@ int renderVoxels(const VoxelPictureRequest& request)
     render::VoxelScene how;
     how.lattice = model.lattice;
     how.tree = &(*streamer)->tree();
-    how.way = request.way == "cubes"    ? render::VoxelWay::cubes
-              : request.way == "splats" ? render::VoxelWay::splats
-                                        : render::VoxelWay::automatic;
+    how.way = voxelWay(request.way);
     const auto picture = drawComplete(studio, **streamer, view, how, progress, stop);
     if (!picture)
         return report(picture.error());
@@ -207,11 +205,10 @@ int renderVoxels(const VoxelPictureRequest& request)
     progress.finish();
     for (const core::Error& error : picture->damaged)
         progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
-    if (picture->coarsening > 1)
-        progress.say(
-            "note: voxels are up to " + brief(request.voxelPixels * picture->coarsening) +
-            " px large, because " + grouped(*cacheBytes >> 20U) +
-            " MiB hold no more (see --cache-mib)");
+    if (const std::string note = coarserVoxelsNote(
+            request.voxelPixels, request.voxelPixels * picture->coarsening, *cacheBytes);
+        !note.empty())
+        progress.say(note);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     if (request.json)
         printJson(request, model, view, studio, *picture, seconds);

@@ -67,6 +67,8 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
         summary.maxShownCells = std::max(summary.maxShownCells, frame.shownCells);
         summary.maxEffectivePixelError =
             std::max(summary.maxEffectivePixelError, frame.effectivePixelError);
+        summary.maxEffectiveVoxelPixels =
+            std::max(summary.maxEffectiveVoxelPixels, frame.effectiveVoxelPixels);
         summary.maxCellsPending = std::max(summary.maxCellsPending, frame.cellsPending);
         summary.cellsExtracted += frame.cellsExtracted;
         summary.cellsSkipped += frame.cellsSkipped;

@@ -30,7 +30,7 @@ struct FrameRecord {
     std::uint64_t cellsPending = 0;   ///< wanted, and not there yet
     std::uint64_t cellsFading = 0;    ///< drawn in some of the pixels that they cover only
 
-    // Where voxels show the distance; otherwise 0:
+    // Where voxels show all, or the distance; otherwise 0:
     std::uint64_t voxels = 0;        ///< in the chunks drawn
     std::uint64_t voxelChunks = 0;   ///< drawn
     std::uint64_t missingChunks = 0; ///< that the view needs, and that aren't there yet
@@ -40,6 +40,9 @@ struct FrameRecord {
 
     /// What the ceilings of the surface left of the error asked for [px]; 0 if nobody told.
     double effectivePixelError = 0;
+    /// What the nearest voxels may cover, as far as their cache lets them be so small [px]; 0
+    /// without voxels.
+    double effectiveVoxelPixels = 0;
 
     std::uint64_t uploadedBytes = 0; ///< to the device, for this frame
     std::uint64_t meshBytes = 0;     ///< of the shown cells' meshes
@@ -62,7 +65,7 @@ struct FlightSettings {
     std::uint64_t seed = 0;
     int width = 0;         ///< [px]
     int height = 0;        ///< [px]
-    double pixelError = 0; ///< [px]
+    double pixelError = 0; ///< [px]; NaN for a flight without meshes
     std::string device;
     int threads = 0;
     /// Names and versions of what took part: Isofront, the driver, ...
@@ -95,6 +98,7 @@ struct FlightSummary {
     double meanTriangles = 0;
     double maxEffectivePixelError = 0; ///< [px]
     double meanVoxels = 0;
+    double maxEffectiveVoxelPixels = 0; ///< [px]
     std::uint64_t maxVoxels = 0, maxMissingChunks = 0, maxVoxelBytes = 0;
     std::uint64_t maxTriangles = 0, maxDraws = 0, maxShownCells = 0, maxCellsPending = 0;
     std::uint64_t cellsExtracted = 0, cellsSkipped = 0, cellsFromCache = 0; ///< in all

@@ -83,6 +83,12 @@ std::string tile(const std::string& value, const std::string& name)
            "</span></div>\n";
 }
 
+/// Whether there is anything to tell of meshes; without voxels, nothing is told, too.
+bool hasMeshes(const FlightSummary& summary)
+{
+    return summary.maxTriangles > 0 || summary.maxVoxels == 0;
+}
+
 std::string tilesHtml(const FlightSummary& summary, std::size_t frames)
 {
     const auto share = [](std::uint64_t part, std::uint64_t whole) {
@@ -93,28 +99,32 @@ std::string tilesHtml(const FlightSummary& summary, std::size_t frames)
     };
     const std::uint64_t cells =
         summary.cellsExtracted + summary.cellsSkipped + summary.cellsFromCache;
-    return "<div class=\"tiles\">\n" +
-           tile(
-               millisecondsText(summary.cpuMilliseconds.p50) + " ms",
-               "processor time of the median frame") +
-           tile(
-               millisecondsText(summary.cpuMilliseconds.p99) + " ms",
-               "processor time that 99 % of the frames stay below") +
-           tile(
-               std::isfinite(summary.gpuMilliseconds.p50)
-                   ? millisecondsText(summary.gpuMilliseconds.p50) + " ms"
-                   : "not measured",
-               "device time of the median frame") +
-           tile(countText(static_cast<double>(summary.maxTriangles)), "triangles at most") +
-           tile(
-               countText(static_cast<double>(summary.cellsExtracted)),
-               "cells extracted, " + share(summary.cellsExtracted, cells) + " of all") +
-           tile(
-               countText(static_cast<double>(summary.cellsSkipped)),
-               "cells proved empty and skipped, " + share(summary.cellsSkipped, cells)) +
-           tile(
-               countText(static_cast<double>(summary.cellsFromCache)),
-               "cells from the cache, " + share(summary.cellsFromCache, cells)) +
+    std::string html = "<div class=\"tiles\">\n" +
+                       tile(
+                           millisecondsText(summary.cpuMilliseconds.p50) + " ms",
+                           "processor time of the median frame") +
+                       tile(
+                           millisecondsText(summary.cpuMilliseconds.p99) + " ms",
+                           "processor time that 99 % of the frames stay below") +
+                       tile(
+                           std::isfinite(summary.gpuMilliseconds.p50)
+                               ? millisecondsText(summary.gpuMilliseconds.p50) + " ms"
+                               : "not measured",
+                           "device time of the median frame");
+    if (summary.maxVoxels > 0)
+        html += tile(countText(static_cast<double>(summary.maxVoxels)), "voxels at most");
+    if (hasMeshes(summary))
+        html += tile(countText(static_cast<double>(summary.maxTriangles)), "triangles at most") +
+                tile(
+                    countText(static_cast<double>(summary.cellsExtracted)),
+                    "cells extracted, " + share(summary.cellsExtracted, cells) + " of all") +
+                tile(
+                    countText(static_cast<double>(summary.cellsSkipped)),
+                    "cells proved empty and skipped, " + share(summary.cellsSkipped, cells)) +
+                tile(
+                    countText(static_cast<double>(summary.cellsFromCache)),
+                    "cells from the cache, " + share(summary.cellsFromCache, cells));
+    return html +
            tile(
                bytesText(static_cast<double>(summary.maxResidentBytes)),
                "memory of the process at most") +
@@ -193,11 +203,15 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
 {
     const Charts charts(frames);
 
-    Chart time = charts.chart("Frame time and triangles", "[ms]", "triangles");
+    const char* shown = hasMeshes(summary) ? "triangles" : "voxels";
+    Chart time = charts.chart((std::string("Frame time and ") + shown).c_str(), "[ms]", shown);
     time.series = {
         {"processor", "a", charts.values([](const auto& f) { return f.cpuMilliseconds; })},
         {"device", "b", charts.values([](const auto& f) { return f.gpuMilliseconds; })},
-        {"triangles", "c", charts.counts(&FrameRecord::triangles), true}};
+        {shown,
+         "c",
+         charts.counts(hasMeshes(summary) ? &FrameRecord::triangles : &FrameRecord::voxels),
+         true}};
 
     Chart cells = charts.chart("Cells", "cells a frame, logarithmic");
     cells.series = {
@@ -218,6 +232,11 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
         {"device", "b", charts.counts(&FrameRecord::deviceBytes, memoryUnit.bytes)},
         {"meshes shown", "c", charts.counts(&FrameRecord::meshBytes, memoryUnit.bytes)},
         {"cache", "d", charts.counts(&FrameRecord::cacheBytes, memoryUnit.bytes)}};
+    if (!hasMeshes(summary)) {
+        memory.series.resize(2);
+        memory.series.push_back(
+            {"voxels", "c", charts.counts(&FrameRecord::voxelBytes, memoryUnit.bytes)});
+    }
 
     const ByteUnit uploadUnit = byteUnitFor(static_cast<double>(summary.maxUploadedBytes));
     Chart uploads = charts.chart("Uploads", std::string("[") + uploadUnit.name + " a frame]");
@@ -226,7 +245,8 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
          "c",
          charts.counts(&FrameRecord::uploadedBytes, uploadUnit.bytes)}};
 
-    std::string html = chartHtml(time) + chartHtml(cells) + chartHtml(memory) + chartHtml(uploads);
+    std::string html = chartHtml(time) + (hasMeshes(summary) ? chartHtml(cells) : "") +
+                       chartHtml(memory) + chartHtml(uploads);
     if (std::isfinite(summary.largestPop.max)) {
         Chart popping = charts.chart(
             "What changed without a movement", "of a square of 8 x 8 pixels [0 to 255]");
@@ -237,6 +257,8 @@ std::string chartsHtml(const std::vector<FrameRecord>& frames, const FlightSumma
         html += chartHtml(popping);
     }
     if (summary.maxVoxels == 0)
+        return html;
+    if (!hasMeshes(summary))
         return html;
     Chart far = charts.chart("The far field", "voxels and triangles", "blocks");
     far.series = {
@@ -292,7 +314,8 @@ std::string settingsHtml(const FlightSettings& settings)
         {"Seed", std::to_string(settings.seed)},
         {"Size",
          std::to_string(settings.width) + " \u00d7 " + std::to_string(settings.height) + " pixels"},
-        {"Pixel error", formatted("%g", settings.pixelError)},
+        {"Pixel error",
+         std::isfinite(settings.pixelError) ? formatted("%g", settings.pixelError) : ""},
         {"Device", settings.device},
         {"Threads", std::to_string(settings.threads)}};
     rows.insert(rows.end(), settings.others.begin(), settings.others.end());
@@ -311,8 +334,9 @@ std::string headingHtml(const FlightReport& report, const FlightSummary& summary
     std::string what = std::to_string(report.frames.size()) + " frames";
     if (summary.seconds > 0)
         what += " in " + formatted("%.1f s", summary.seconds);
-    what += " at " + std::to_string(settings.width) + " \u00d7 " + std::to_string(settings.height) +
-            ", pixel error " + formatted("%g", settings.pixelError);
+    what += " at " + std::to_string(settings.width) + " \u00d7 " + std::to_string(settings.height);
+    if (std::isfinite(settings.pixelError))
+        what += ", pixel error " + formatted("%g", settings.pixelError);
     if (!settings.device.empty())
         what += ", on " + settings.device;
     const std::string name =

@@ -233,6 +233,7 @@ core::Result<void> HybridScene::Parts::show(
         frame.residentVoxelBytes = chunks.residentBytes;
         frame.missingChunks = chunks.missing;
         frame.coarsening = chunks.coarsening;
+        frame.voxelPixels = settings.streaming.voxelPixels * chunks.coarsening;
         frame.damaged = chunks.damaged;
         frame.isComplete = chunks.isComplete && !hasChanged;
         noteDetails(chunks);

@@ -204,7 +204,7 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
     if (voxels::isStore(text))
         return core::failure(
             core::ErrorCode::usage,
-            text + ": only 'isofront render' and 'isofront info' take a model of voxels");
+            text + ": only 'isofront render', 'fly' and 'info' take a model of voxels");
     if (elevation::isElevationName(text) && !volume::isVolume(text))
         return openElevation(text, options);
     return openVolume(text, options);

@@ -226,6 +226,29 @@ TEST_F(FlightReportTest, writesAPageThatStandsAlone)
         EXPECT_NE(html.find("<h2>" + std::string(title)), std::string::npos);
 }
 
+TEST_F(FlightReportTest, tellsOfVoxelsAloneWithoutAWordOfMeshes)
+{
+    FlightReport report = sampleFlight(30);
+    report.settings.pixelError = kNan;
+    for (FrameRecord& frame : report.frames) {
+        frame.voxels = 5000;
+        frame.effectiveVoxelPixels = 1.5;
+        frame.triangles = frame.cellsExtracted = frame.cellsSkipped = frame.cellsPending = 0;
+    }
+    report.frames[7].effectiveVoxelPixels = 2;
+    ASSERT_TRUE(writeReportJson(report, path("report.json")));
+    const auto json = nlohmann::json::parse(contentOf(path("report.json")));
+    EXPECT_TRUE(json.at("settings").at("pixel_error").is_null());
+    EXPECT_EQ(json.at("summary").at("effective_voxel_pixels_max"), 2);
+    EXPECT_EQ(json.at("frames").at(0).at("effective_voxel_pixels"), 1.5);
+    ASSERT_TRUE(writeReportHtml(report, path("report.html")));
+    const std::string html = contentOf(path("report.html"));
+    expectWellFormed(html);
+    EXPECT_NE(html.find("<h2>Frame time and voxels"), std::string::npos);
+    for (const char* word : {"nan", "triangles", "cells", "ixel error", "blocks"})
+        EXPECT_EQ(html.find(word), std::string::npos) << word;
+}
+
 TEST_F(FlightReportTest, escapesAllTextInThePage)
 {
     FlightReport report = sampleFlight(3);

@@ -47,6 +47,9 @@ struct HybridFrame {
     std::uint64_t residentVoxelBytes = 0; ///< on the device
     std::size_t missingChunks = 0;        ///< that the view needs
     double coarsening = 1;                ///< voxels::ChunkFrame
+    /// What the nearest voxels may cover, as far as the cache lets them be so small [px]; 0 without
+    /// voxels.
+    double voxelPixels = 0;
     float transition = 1;                 ///< weight of the present picture
     std::vector<core::Error> damaged;     ///< chunks found so in this frame
     /// With the same view the next frame looks the same.

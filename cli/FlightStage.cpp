@@ -1,0 +1,267 @@
+#include "FlightStage.h"
+
+#include "Arguments.h"
+#include "FarField.h"
+#include "Flight.h"
+#include "ModelView.h"
+
+#include <isofront/voxels/ChunkStore.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace isofront::cli {
+
+namespace {
+
+using core::ErrorCode;
+
+constexpr int kShadowInterval = 8; // frames
+
+StudioOptions studioOptions(const FlyArguments& arguments, const PictureSize& size)
+{
+    StudioOptions options;
+    options.device = arguments.device;
+    options.width = size.width;
+    options.height = size.height;
+    options.samples = arguments.samples;
+    // Shadows that are some frames old would change the picture, too.
+    options.shadowInterval = arguments.measurePopping ? 1 : kShadowInterval;
+    options.voxelBytes = arguments.cacheMib << 20U;
+    return options;
+}
+
+FlightPlan planOf(const FlyArguments& arguments, const PictureSize& size)
+{
+    return {
+        .frames = arguments.frames,
+        .framesPerSecond = kFramesPerSecond,
+        .speed = arguments.speed,
+        .fovDegrees = arguments.fov,
+        .width = size.width,
+        .height = size.height};
+}
+
+/// What the report says of any flight.
+void describe(FlightStage& stage, const FlyArguments& arguments, const PictureSize& size)
+{
+    stage.cacheBytes = arguments.cacheMib << 20U;
+    FlightSettings& settings = stage.settings;
+    const gpu::DeviceDescription& device = stage.studio.device->description();
+    settings.width = size.width;
+    settings.height = size.height;
+    settings.pixelError = std::numeric_limits<double>::quiet_NaN();
+    settings.device = device.name;
+    settings.threads = static_cast<int>(stage.jobs->concurrency());
+    settings.versions = {
+        {"isofront", ISOFRONT_VERSION}, {"driver", device.driver}, {"vulkan", device.apiVersion}};
+    settings.others = {
+        {"msaa", std::to_string(arguments.samples)}, {"fade_seconds", brief(arguments.fade)}};
+}
+
+void describeField(
+    FlightSettings& settings, const FlyArguments& arguments, const DetailRequest& detail)
+{
+    settings.pixelError = arguments.pixelError;
+    settings.preset = arguments.source.empty() ? arguments.preset : "";
+    settings.seed = arguments.source.empty() ? arguments.seed : 0;
+    auto& others = settings.others;
+    others.emplace_back("lattice", std::to_string(arguments.lattice));
+    others.emplace_back("filter", brief(arguments.filter));
+    others.emplace_back("update_milliseconds", brief(arguments.updateMilliseconds));
+    if (!arguments.farVoxels.empty()) {
+        others.emplace_back("far_voxels", arguments.farVoxels);
+        others.emplace_back("hand_over_pixels", brief(arguments.handOver));
+        others.emplace_back("cache_mib", std::to_string(arguments.cacheMib));
+    }
+    nlohmann::ordered_json json;
+    arguments.mesh.describe(json);
+    detail.describeDetail(json);
+    detail.describeCeilings(json);
+    for (const auto& [key, value] : json.items())
+        others.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+}
+
+core::Result<void> checkField(const FlyArguments& arguments)
+{
+    if (const auto useful = checkNoOptions(
+            *arguments.command, {"--up", "--voxel-pixels", "--way"}, "what is no voxel model");
+        !useful)
+        return useful;
+    if (arguments.farVoxels.empty()) {
+        if (const auto useful =
+                checkNoOptions(*arguments.command, {"--cache-mib"}, "a flight without voxels");
+            !useful)
+            return useful;
+    }
+    if (const auto checked = checkPixelError(arguments.pixelError); !checked)
+        return checked;
+    if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
+        return core::failure(
+            ErrorCode::usage,
+            "--lattice " + std::to_string(arguments.lattice) + ": it must be 4, 8 or 16");
+    return {};
+}
+
+core::Result<FlightStage> stageOfField(
+    const FlyArguments& arguments,
+    const PictureSize& size,
+    Progress& progress,
+    const std::stop_token& stop)
+{
+    if (const auto checked = checkField(arguments); !checked)
+        return tl::unexpected(checked.error());
+    const auto detail = arguments.detail.request();
+    if (!detail)
+        return tl::unexpected(detail.error());
+    const std::string text =
+        !arguments.source.empty()
+            ? arguments.source
+            : "proc:terrain?preset=" + arguments.preset + "&seed=" + std::to_string(arguments.seed);
+    auto opened = openSource(text, arguments.input, stop);
+    if (!opened)
+        return tl::unexpected(opened.error());
+    Source& source = *opened;
+    for (const std::string& note : source.notes)
+        progress.say("note: " + note);
+    const double isovalue = arguments.isovalue.value_or(source.defaultIsovalue);
+    if (source.volume) {
+        if (!arguments.isovalue)
+            progress.say(isovalueNote(isovalue));
+        frameSurface(source, isovalue, false, arguments.fov, size.width, size.height);
+    }
+
+    FlightStage stage;
+    auto studio = openStudio(source, studioOptions(arguments, size));
+    if (!studio)
+        return tl::unexpected(studio.error());
+    stage.studio = std::move(*studio);
+    stage.jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
+    const surface::SurfaceOptions options = surfaceOptions(
+        source,
+        isovalue,
+        arguments.lattice,
+        arguments.filter,
+        arguments.pixelError,
+        false,
+        arguments.mesh,
+        *detail);
+    stage.surface =
+        std::make_unique<surface::Surface>(source.field, source.domain, options, stage.jobs);
+    std::shared_ptr<const voxels::ChunkStore> far;
+    if (!arguments.farVoxels.empty()) {
+        auto made = openFarField(
+            arguments.farVoxels, source, isovalue, arguments.filter, *stage.jobs, progress, stop);
+        if (!made)
+            return tl::unexpected(made.error());
+        far = std::move(*made);
+    }
+    auto scene = render::HybridScene::create(
+        *stage.studio.renderer,
+        stage.surface.get(),
+        far,
+        stage.jobs,
+        {.handOver = {.pixels = arguments.handOver},
+         .transitionSeconds = arguments.fade,
+         .pixelError = arguments.pixelError,
+         .detail = options.detail,
+         .latticeSize = arguments.lattice,
+         .updateMilliseconds = arguments.updateMilliseconds});
+    if (!scene)
+        return tl::unexpected(scene.error());
+    stage.scene.emplace(std::move(*scene));
+    if (far)
+        stage.voxelPixels = std::min(
+            voxels::StreamingSettings{}.voxelPixels, arguments.handOver / render::kVoxelError);
+    progress.show("finding a way", -1);
+    stage.views = flightPath(source, planOf(arguments, size));
+    describe(stage, arguments, size);
+    stage.settings.source = source.name;
+    describeField(stage.settings, arguments, *detail);
+    return stage;
+}
+
+core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const PictureSize& size)
+{
+    if (const auto useful = checkOptions(
+            *arguments.command,
+            {"--frames",
+             "--speed",
+             "--fov",
+             "--size",
+             "--msaa",
+             "--fade",
+             "--measure-popping",
+             "--voxel-pixels",
+             "--way",
+             "--up",
+             "--cache-mib",
+             "--out",
+             "--device",
+             "--threads",
+             "--json",
+             "--quiet"},
+            "a voxel model");
+        !useful)
+        return tl::unexpected(useful.error());
+    const auto up = parseUp(arguments.up);
+    if (!up)
+        return tl::unexpected(up.error());
+    const auto model = openModel(arguments.source, *up);
+    if (!model)
+        return tl::unexpected(model.error());
+
+    FlightStage stage;
+    auto studio = openStudio(*model, studioOptions(arguments, size));
+    if (!studio)
+        return tl::unexpected(studio.error());
+    stage.studio = std::move(*studio);
+    stage.jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
+    auto scene = render::HybridScene::create(
+        *stage.studio.renderer,
+        nullptr,
+        model->store,
+        stage.jobs,
+        {.transitionSeconds = arguments.fade,
+         .streaming = {.voxelPixels = arguments.voxelPixels},
+         .way = voxelWay(arguments.way)});
+    if (!scene)
+        return tl::unexpected(scene.error());
+    stage.scene.emplace(std::move(*scene));
+    auto views = flightPath(*model, planOf(arguments, size));
+    if (!views)
+        return tl::unexpected(views.error());
+    stage.views = std::move(*views);
+    stage.voxelPixels = arguments.voxelPixels;
+    describe(stage, arguments, size);
+    stage.settings.source = arguments.source;
+    auto& others = stage.settings.others;
+    others.emplace_back("model", model->store->model().name);
+    others.emplace_back("resolution", std::to_string(model->store->model().lattice.resolution));
+    others.emplace_back("voxel_pixels", brief(arguments.voxelPixels));
+    others.emplace_back("way", arguments.way);
+    others.emplace_back("cache_mib", std::to_string(arguments.cacheMib));
+    return stage;
+}
+
+} // namespace
+
+core::Result<FlightStage>
+stageOf(const FlyArguments& arguments, Progress& progress, const std::stop_token& stop)
+{
+    const auto size = parseSize(arguments.size);
+    if (!size)
+        return tl::unexpected(size.error());
+    if (arguments.window)
+        return core::failure(
+            ErrorCode::usage,
+            "--window: this version flies without a window; leave it out and watch the video");
+    return voxels::isStore(arguments.source) ? stageOfModel(arguments, *size)
+                                             : stageOfField(arguments, *size, progress, stop);
+}
+
+} // namespace isofront::cli

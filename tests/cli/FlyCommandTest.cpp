@@ -1,0 +1,128 @@
+// Flights of voxel models, and of fields with voxels in the distance, through the real program.
+
+#include "cli/CommandFixture.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace isofront::cli {
+namespace {
+
+using Json = nlohmann::json;
+
+class FlyCommand : public Command {
+protected:
+    Json json(const std::string& arguments) const
+    {
+        const Outcome outcome = run(arguments + " --json -q", "ISOFRONT_DEVICE=cpu");
+        EXPECT_EQ(outcome.exitCode, 0) << arguments << "\n" << outcome.errors;
+        return outcome.exitCode == 0 ? Json::parse(outcome.output) : Json();
+    }
+    Json reportOf(const std::string& flight) const
+    {
+        return Json::parse(contentsOf(folder / flight / "report.json"));
+    }
+};
+
+TEST_F(FlyCommand, goesAroundAModelWithinItsCache)
+{
+    json("voxelize proc:sphere --resolution 600 -o ball.voxels");
+    const std::string fly = "fly ball.voxels --size 240x160 --frames 5 --speed 9 ";
+    const Json flown = json(fly + "--measure-popping --out ample");
+    EXPECT_EQ(flown["frames"], 5);
+    EXPECT_EQ(flown["mean_triangles"], 0);
+    EXPECT_EQ(flown["effective_voxel_pixels_max"], 1);
+    EXPECT_EQ(flown["chunks_damaged"], 0);
+    const Json ample = reportOf("ample");
+    EXPECT_TRUE(ample["settings"]["pixel_error"].is_null());
+    EXPECT_EQ(ample["settings"]["others"]["model"], "proc:sphere");
+    EXPECT_EQ(ample["summary"]["voxels_mean"], flown["mean_voxels"]);
+    for (const Json& frame : ample["frames"]) {
+        EXPECT_GT(frame["voxels"], 5000);
+        EXPECT_EQ(frame["triangles"], 0);
+        EXPECT_TRUE(frame["largest_pop"].is_number());
+    }
+    // it is gone around, and come nearer to
+    const auto distance = [&](std::size_t frame) {
+        const Json& eye = ample["frames"][frame]["eye"];
+        return std::hypot(eye[0].get<double>(), eye[1].get<double>(), eye[2].get<double>());
+    };
+    EXPECT_GT(distance(0), 2.0);
+    EXPECT_LT(distance(4), distance(0));
+    EXPECT_NE(ample["frames"][0]["eye"], ample["frames"][4]["eye"]);
+
+    const Json close = json(fly + "--voxel-pixels 0.5 --cache-mib 1 --out small");
+    EXPECT_GT(close["effective_voxel_pixels_max"], 0.5) << "it doesn't fit";
+    const Json small = reportOf("small");
+    EXPECT_LE(small["summary"]["voxel_bytes_max"], 1 << 20);
+    EXPECT_GT(small["summary"]["voxel_bytes_max"], 0);
+    EXPECT_EQ(small["summary"]["effective_voxel_pixels_max"], close["effective_voxel_pixels_max"]);
+}
+
+TEST_F(FlyCommand, keepsClearOfTheGroundOfALandscapesModel)
+{
+    const Json made = json("voxelize proc:terrain --resolution 160 -o land.voxels");
+    json("fly land.voxels --size 64x36 --frames 9 --speed 9000 --out land");
+    const double least = 24 * made["model"]["voxel_edge"].get<double>();
+    for (const Json& frame : reportOf("land")["frames"]) {
+        std::string ray;
+        for (const Json& coordinate : frame["eye"])
+            ray += coordinate.dump() + ",";
+        const Json hit = json("info land.voxels --ray " + ray + "0,0,-1")["hit"];
+        ASSERT_FALSE(hit.is_null());
+        // half of it: between two looks at the ground, and under the mean of several
+        EXPECT_GT(hit["distance"], 0.5 * least);
+    }
+}
+
+TEST_F(FlyCommand, showsCoarserVoxelsWhereAModelIsDamaged)
+{
+    json("voxelize proc:sphere --resolution 300 --format folder -o ball");
+    for (const auto& file : fs::directory_iterator(folder / "ball" / "0"))
+        fs::remove(file.path());
+    const Outcome flown =
+        run("fly ball --size 160x90 --voxel-pixels 0.3 --frames 2 --out f --json",
+            "ISOFRONT_DEVICE=cpu");
+    ASSERT_EQ(flown.exitCode, 0) << flown.errors;
+    EXPECT_NE(flown.errors.find("of level 0 is missing"), std::string::npos) << flown.errors;
+    EXPECT_GT(Json::parse(flown.output)["chunks_damaged"], 0);
+    EXPECT_GT(Json::parse(flown.output)["mean_voxels"], 1000);
+}
+
+TEST_F(FlyCommand, refusesWhatChangesNothingAndLeavesNoFolder)
+{
+    json("voxelize proc:sphere --resolution 16 -o ball.voxels");
+    json("voxelize proc:sphere --isovalue 100 --resolution 16 -o empty.voxels");
+    for (const std::string option :
+         {"--isovalue 1",
+          "--far-voxels 100",
+          "--pixel-error 2",
+          "--lattice 4",
+          "--preset canyon",
+          "--seed 3",
+          "--max-memory 3MiB",
+          "--memory-limit 1"})
+        expectFailure(
+            "fly ball.voxels --out f " + option,
+            2,
+            {option.substr(0, option.find(' ')), "voxel model"});
+    for (const std::string option : {"--way cubes", "--voxel-pixels 2", "--up 0,1,0"})
+        expectFailure(
+            "fly proc:sphere --out f " + option,
+            2,
+            {option.substr(0, option.find(' ')), "no voxel model"});
+    expectFailure("fly proc:sphere --out f --cache-mib 9", 2, {"--cache-mib", "without voxels"});
+    expectFailure("fly ball.voxels --out f --up 0,0,0", 2, {"--up"});
+    expectFailure("fly empty.voxels --out f/g", 3, {"empty.voxels", "no voxels"});
+    expectFailure("fly none.voxels --out f", 4, {"none.voxels"});
+    EXPECT_FALSE(fs::exists(folder / "f"));
+    write("file", "mine");
+    expectFailure("fly ball.voxels --out file/g", 4, {"--out file/g"});
+}
+
+} // namespace
+} // namespace isofront::cli
