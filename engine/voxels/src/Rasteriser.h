@@ -1,31 +1,15 @@
 #pragma once
 
 #include "CrosshairKernel.h"
-#include "LatticeTriangle.h"
-#include "MipMap.h"
+#include "LatticeModel.h"
 #include "TriangleKernel.h"
 #include "VoxelGrid.h"
-
-#include <isofront/voxels/TriangleModel.h>
 
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 namespace isofront::voxels {
-
-/// A model's corners on the lattice.
-struct LatticeModel {
-    const TriangleModel& model;
-    VoxelLattice lattice;
-    std::vector<std::array<std::int32_t, 3>> points; ///< of the model's positions [steps]
-    std::vector<std::array<float, 4>> colours;       ///< linear, weighted by opacity; or none
-    std::vector<MipMap> textures;
-
-    [[nodiscard]] LatticeTriangle triangle(std::uint32_t index) const;
-};
-
-LatticeModel onLattice(const TriangleModel& model, const VoxelLattice& lattice);
 
 /// Turns triangles into the voxels of a chunk. Thread: one at a time.
 class Rasteriser {

@@ -6,11 +6,6 @@
 
 namespace isofront::voxels {
 
-namespace {
-
-/// As many face attributes as a face set can tell apart.
-constexpr std::size_t kMostAttributes = std::size_t{1} << 26U;
-
 std::uint32_t colourOf(const WeightedColour& sum, float area)
 {
     const float opacity = sum[3];
@@ -25,6 +20,11 @@ std::uint32_t colourOf(const WeightedColour& sum, float area)
     return code(sum[0]) | code(sum[1]) << 8U | code(sum[2]) << 16U |
            static_cast<std::uint32_t>(std::lround(255 * part)) << 24U;
 }
+
+namespace {
+
+/// As many face attributes as a face set can tell apart.
+constexpr std::size_t kMostAttributes = std::size_t{1} << 26U;
 
 std::uint32_t normalOf(const std::array<float, 3>& sum)
 {

@@ -123,31 +123,6 @@ private:
     std::atomic<std::uint64_t> _touched = 0;
 };
 
-/// Why a model's textures can't be what they should be, if so.
-std::optional<core::Error> checkTextures(const TriangleModel& model)
-{
-    const auto damaged = [](const std::string& what) {
-        return core::Error{core::ErrorCode::badData, "the model " + what};
-    };
-    if (model.textureOf.size() != model.textureCorners.size() ||
-        (!model.textureOf.empty() && model.textureOf.size() != model.triangles.size()))
-        return damaged(
-            "has " + std::to_string(model.textureOf.size()) + " textures and " +
-            std::to_string(model.textureCorners.size()) + " places in them for " +
-            std::to_string(model.triangles.size()) + " triangles");
-    for (const std::uint32_t texture : model.textureOf)
-        if (texture != kNoTexture && texture >= model.textures.size())
-            return damaged("names texture " + std::to_string(texture) + ", which is not there");
-    for (const Texture& texture : model.textures) {
-        const core::Image& image = texture.image;
-        if (image.width < 1 || image.height < 1 ||
-            image.rgba.size() !=
-                4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
-            return damaged("has a texture whose size is not that of its pixels");
-    }
-    return std::nullopt;
-}
-
 } // namespace
 
 std::uint32_t levelsFor(std::uint32_t resolution)
@@ -190,12 +165,7 @@ core::Result<VoxelizationReport> voxelize(
                 ? "the model has no triangles"
                 : "none of the model's " + std::to_string(model.triangles.size()) +
                       " triangles has three finite corners");
-    if (!model.colours.empty() && model.colours.size() != model.positions.size())
-        return core::failure(
-            core::ErrorCode::badData,
-            "the model has " + std::to_string(model.colours.size()) + " colours for " +
-                std::to_string(model.positions.size()) + " positions");
-    if (auto failed = checkTextures(model))
+    if (auto failed = checkColours(model))
         return tl::unexpected(*failed);
     report.lattice = latticeFor(report.model.bounds, settings.resolution);
     if (!canDivide(report.lattice, report.model.bounds))
