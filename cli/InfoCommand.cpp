@@ -358,6 +358,11 @@ int infoOfStore(const InfoArguments& arguments)
             arguments.source.c_str(),
             isFolder ? "a folder" : "an LMDB file");
         std::printf("  made from    %s\n", model.name.c_str());
+        if (model.source)
+            std::printf(
+                "  source       %s, %s bytes\n",
+                model.source->path.c_str(),
+                grouped(model.source->bytes).c_str());
         std::printf(
             "  resolution   %u voxels of edge %.6g, %s\n",
             model.lattice.resolution,

@@ -51,6 +51,8 @@ Json modelJson(const voxels::StoredModel& model)
     json["chunks"] = model.chunks;
     json["coloured"] = model.coloured;
     json["separability"] = model.separability == voxels::Separability::six ? "six" : "conservative";
+    if (model.source)
+        json["source"] = {{"path", model.source->path}, {"bytes", model.source->bytes}};
     return json;
 }
 

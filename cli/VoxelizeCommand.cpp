@@ -69,7 +69,8 @@ struct VoxelSource {
     Voxelizing voxelize;
     std::string name; ///< kept with the model
     bool coloured = false;
-    std::vector<std::string> notes = {}; ///< on what is missed of it
+    std::optional<voxels::ModelSource> file = {}; ///< of a mesh
+    std::vector<std::string> notes = {};          ///< on what is missed of it
     /// Its part of the JSON object, and the key that it has there.
     std::string key;
     std::function<Json(const voxels::VoxelizationReport&)> describe;
@@ -100,7 +101,11 @@ core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const Sou
     if (!read)
         return tl::unexpected(read.error());
     const auto model = std::make_shared<const voxels::TriangleModel>(std::move(*read));
+    auto file = voxels::describedSource(arguments.source, bare(arguments.output));
+    if (!file)
+        return tl::unexpected(file.error());
     VoxelSource source;
+    source.file = std::move(*file);
     source.voxelize = [model](auto&&... passed) { return voxels::voxelize(*model, passed...); };
     source.name = std::filesystem::path(arguments.source).filename().string();
     source.coloured = model->isColoured();
@@ -266,6 +271,7 @@ int voxelize(const VoxelizeArguments& arguments)
     model.chunks = made->chunks;
     model.coloured = source->coloured;
     model.separability = settings.separability;
+    model.source = source->file;
     progress.show("writing " + arguments.output, -1);
     if (const auto failed = (*store)->finish(model))
         return report(*failed);

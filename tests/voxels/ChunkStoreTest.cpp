@@ -314,8 +314,76 @@ TEST(ModelDescriptions, ofOtherVersionsNameTheRemedy)
     const int version = json["version"].get<int>();
     json["version"] = version - 1;
     EXPECT_NE(decodedModel(json.dump()).error().message.find("voxelise again"), std::string::npos);
-    json["version"] = version + 1;
+    json["version"] = version + 2;
     EXPECT_NE(decodedModel(json.dump()).error().message.find("newer"), std::string::npos);
+}
+
+TEST(ModelDescriptions, tellOfTheSourceOnlyInAVersionOfItsOwn)
+{
+    StoredModel model = anyModel();
+    const auto without = nlohmann::ordered_json::parse(encoded(model));
+    EXPECT_EQ(without["version"], 3) << "as it was before sources were kept";
+    EXPECT_FALSE(without.contains("source"));
+    EXPECT_FALSE(decodedModel(encoded(model))->source);
+    model.source =
+        ModelSource{"meshes/dragon \xc3\xa4.ply.gz", std::uint64_t{1} << 60U, 0xffffffffU};
+    auto with = nlohmann::ordered_json::parse(encoded(model));
+    EXPECT_EQ(with["version"], 4);
+    const auto read = decodedModel(encoded(model));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(*read, model);
+    for (const char* part : {"path", "bytes", "checksum"}) {
+        auto damaged = with;
+        damaged["source"].erase(part);
+        EXPECT_FALSE(decodedModel(damaged.dump())) << part;
+        damaged = with;
+        damaged["source"][part] = -1;
+        EXPECT_FALSE(decodedModel(damaged.dump())) << part;
+    }
+    for (const int version : {3, 5}) {
+        auto damaged = with;
+        damaged["version"] = version;
+        EXPECT_FALSE(decodedModel(damaged.dump())) << version;
+    }
+}
+
+TEST(ModelSources, areFoundAgainAndKnown)
+{
+    const tests::TemporaryFolder temporary;
+    const std::filesystem::path folder = temporary.path("any").parent_path();
+    std::filesystem::create_directories(folder / "models" / "meshes");
+    const std::filesystem::path model = folder / "models" / "any.voxels";
+    const auto write = [](const std::filesystem::path& path, const std::string& text) {
+        std::ofstream(path, std::ios::binary) << text;
+    };
+    const std::filesystem::path beside = folder / "models" / "meshes" / "any.ply";
+    write(beside, "a mesh");
+    const auto near = describedSource(beside, model);
+    ASSERT_TRUE(near) << near.error().message;
+    EXPECT_EQ(near->path, "meshes/any.ply");
+    EXPECT_EQ(near->bytes, 6U);
+    EXPECT_TRUE(std::filesystem::equivalent(placeOfSource(*near, model), beside));
+    EXPECT_TRUE(checkSource(*near, beside));
+    // both moved together
+    std::filesystem::rename(folder / "models", folder / "moved");
+    const std::filesystem::path moved = folder / "moved" / "any.voxels";
+    EXPECT_TRUE(checkSource(*near, placeOfSource(*near, moved)));
+    EXPECT_EQ(
+        checkSource(*near, placeOfSource(*near, model)).error().code, core::ErrorCode::inputOutput);
+
+    const std::filesystem::path elsewhere = folder / "other.ply";
+    write(elsewhere, "a mesh");
+    const auto far = describedSource(elsewhere, moved);
+    ASSERT_TRUE(far) << far.error().message;
+    EXPECT_TRUE(std::filesystem::path(far->path).is_absolute());
+    EXPECT_EQ(far->checksum, near->checksum);
+    for (const char* text : {"a mess", "a mesh ", ""}) {
+        write(elsewhere, text);
+        EXPECT_EQ(
+            checkSource(*far, placeOfSource(*far, moved)).error().code, core::ErrorCode::badData)
+            << text;
+    }
+    EXPECT_FALSE(describedSource(folder / "none.ply", moved));
 }
 
 } // namespace

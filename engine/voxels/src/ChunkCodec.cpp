@@ -270,7 +270,10 @@ core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte
 namespace {
 
 constexpr const char* kModelFormat = "isofront-voxels";
+/// Of models without a source; one that has a source is of the next version, which is the same but
+/// for that. So programs that don't know of sources read all that they can.
 constexpr std::uint32_t kModelVersion = 3;
+constexpr std::uint32_t kSourceVersion = 4;
 
 using Json = nlohmann::ordered_json;
 
@@ -284,7 +287,7 @@ Json descriptionOf(const StoredModel& model)
 {
     Json json;
     json["format"] = kModelFormat;
-    json["version"] = kModelVersion;
+    json["version"] = model.source ? kSourceVersion : kModelVersion;
     json["name"] = model.name;
     json["origin"] = {model.lattice.origin.x, model.lattice.origin.y, model.lattice.origin.z};
     json["voxel_edge"] = model.lattice.edge;
@@ -295,6 +298,11 @@ Json descriptionOf(const StoredModel& model)
     json["chunks"] = model.chunks;
     json["coloured"] = model.coloured;
     json["separability"] = model.separability == Separability::six ? "six" : "conservative";
+    if (model.source)
+        json["source"] = {
+            {"path", model.source->path},
+            {"bytes", model.source->bytes},
+            {"checksum", model.source->checksum}};
     return json;
 }
 
@@ -345,10 +353,10 @@ core::Result<StoredModel> decodedModel(std::string_view text)
         if (json.at("format") != kModelFormat)
             return fail("it is not one");
         const auto version = wholeNumber<std::uint32_t>(json.at("version"));
-        if (version && *version != kModelVersion)
+        if (version && *version != kModelVersion && *version != kSourceVersion)
             return tl::unexpected(damaged(
-                "its version is " + std::to_string(*version) + "; this program reads version " +
-                std::to_string(kModelVersion) +
+                "its version is " + std::to_string(*version) + "; this program reads versions " +
+                std::to_string(kModelVersion) + " and " + std::to_string(kSourceVersion) +
                 (*version < kModelVersion ? ": voxelise again" : ": use a newer one")));
         StoredModel model;
         model.name = json.at("name").get<std::string>();
@@ -376,6 +384,14 @@ core::Result<StoredModel> decodedModel(std::string_view text)
         if (separability != "six" && separability != "conservative")
             return fail("its voxels are separated in an unknown way");
         model.separability = separability == "six" ? Separability::six : Separability::conservative;
+        if (*version == kSourceVersion) {
+            const Json& source = json.at("source");
+            const auto bytes = wholeNumber<std::uint64_t>(source.at("bytes"));
+            const auto sum = wholeNumber<std::uint32_t>(source.at("checksum"));
+            if (!bytes || !sum)
+                return fail("a number of it is not a whole one, or too large");
+            model.source = ModelSource{source.at("path").get<std::string>(), *bytes, *sum};
+        }
         if (!makesSense(model.lattice))
             return fail("its lattice makes no sense");
         // of what was understood: so nothing was read in another way than it was meant

@@ -3,6 +3,7 @@
 #include <isofront/core/Result.h>
 #include <isofront/voxels/ChunkDirectory.h>
 #include <isofront/voxels/ChunkSink.h>
+#include <isofront/voxels/ModelSource.h>
 #include <isofront/voxels/Voxelization.h>
 
 #include <cstdint>
@@ -23,6 +24,9 @@ struct StoredModel {
     std::uint64_t chunks = 0;    ///< of all levels
     bool coloured = false;
     Separability separability = Separability::six;
+    /// The mesh file that it was made from, whose coordinates are the world's; none for fields, and
+    /// for models that were made before this was kept.
+    std::optional<ModelSource> source = {};
 
     friend bool operator==(const StoredModel&, const StoredModel&) = default;
 };
