@@ -22,9 +22,6 @@ using Place = std::array<std::int64_t, 3>;
 constexpr std::int64_t kBlock = 17;
 /// The weight of a surface that only touches a cube: it decides nothing where there is another.
 constexpr float kTrace = 1e-12F;
-/// Marks a voxel that the surface passes through, in a bit of its place that the stored form
-/// doesn't use; kWall those at the border of the data.
-constexpr std::uint32_t kCrossed = 1U << 30U;
 
 HalfPlace middleOf(const Place& voxel)
 {
@@ -48,12 +45,18 @@ bool FieldRasteriser::isOwn(const Place& voxel) const
     return true;
 }
 
-std::uint32_t FieldRasteriser::at(const Place& voxel)
+std::array<std::uint32_t, 3> FieldRasteriser::inChunk(const Place& voxel) const
 {
-    return _grid.at(
+    return {
         static_cast<std::uint32_t>(voxel[0] - _chunk[0]),
         static_cast<std::uint32_t>(voxel[1] - _chunk[1]),
-        static_cast<std::uint32_t>(voxel[2] - _chunk[2]));
+        static_cast<std::uint32_t>(voxel[2] - _chunk[2])};
+}
+
+std::uint32_t FieldRasteriser::at(const Place& voxel)
+{
+    const std::array<std::uint32_t, 3> place = inChunk(voxel);
+    return _grid.at(place[0], place[1], place[2]);
 }
 
 void FieldRasteriser::run(
@@ -68,7 +71,7 @@ void FieldRasteriser::run(
     _settings = settings;
     _counts = &counts;
     _chunk = chunk;
-    _grid.clear(grid.isColoured());
+    _grid.begin(grid.isColoured());
     _shown.clear();
     VoxelRange lower;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -259,15 +262,15 @@ void FieldRasteriser::add(const Hit& hit, const glm::dvec3& normal, std::uint32_
             counted * _linear[word >> 8U & 0xffU],
             counted * _linear[word >> 16U & 0xffU],
             counted};
-    const std::uint32_t voxel = at(hit.voxel);
-    add(voxel, sum);
-    _shown.push_back({_grid.voxel(voxel).order(), hit.outward, sum});
+    add(at(hit.voxel), sum);
+    const std::array<std::uint32_t, 3> place = inChunk(hit.voxel);
+    _shown.push_back({packPlace(place[0], place[1], place[2], 0), hit.outward, sum});
 }
 
 void FieldRasteriser::add(std::uint32_t voxel, const WeightedFace& part)
 {
-    _grid.voxel(voxel).place |= kCrossed;
-    addSurface(_grid.voxel(voxel), part);
+    _grid.mark(voxel);
+    addSurface(_grid.surface(voxel), part);
     if (_field->isColoured())
         addColour(_grid.colour(voxel), part.colour);
 }
@@ -275,7 +278,7 @@ void FieldRasteriser::add(std::uint32_t voxel, const WeightedFace& part)
 void FieldRasteriser::addWall(const Place& voxel, std::size_t axis, bool up)
 {
     if (!_settings.closed) {
-        _grid.voxel(at(voxel)).place |= kWall;
+        at(voxel);
         return;
     }
     HalfPlace beyond = middleOf(voxel);
@@ -357,17 +360,17 @@ void FieldRasteriser::addTouched(const VoxelRange& lower)
 void FieldRasteriser::finish(VoxelList& list)
 {
     std::vector<std::uint32_t> mixed; // by order
-    _grid.forEachInOrder(false, [&](std::uint32_t which) {
-        WeightedVoxel voxel = _grid.voxel(which);
-        const bool isCrossed = (voxel.place & kCrossed) != 0;
-        voxel.place &= ~(kCrossed | kWall);
-        voxel.place |= isCrossed ? 0 : kWall;
+    const auto take = [&](std::uint32_t which, std::uint32_t place, bool isCrossed) {
+        const WeightedSurface& surface = _grid.surface(which);
+        const WeightedVoxel voxel{place | (isCrossed ? 0U : kWall), surface.normal, surface.area};
         list.voxels.push_back(voxel);
         if (_field->isColoured())
             list.colours.push_back(_grid.colour(which));
         if (isCrossed && isMixed(voxel))
             mixed.push_back(voxel.order());
-    });
+    };
+    for (std::uint32_t layers = 0; layers < VoxelGrid::kTakes; ++layers)
+        _grid.take(layers, false, take);
     if (mixed.empty())
         return;
     const std::size_t first = list.faces.size();

@@ -70,6 +70,8 @@ private:
     void finish(VoxelList& list);
     void count(const std::vector<float>& values);
     [[nodiscard]] bool isOwn(const std::array<std::int64_t, 3>& voxel) const;
+    [[nodiscard]] std::array<std::uint32_t, 3>
+    inChunk(const std::array<std::int64_t, 3>& voxel) const;
     /// Which of the grid's.
     std::uint32_t at(const std::array<std::int64_t, 3>& voxel);
     void add(std::uint32_t voxel, const WeightedFace& part);
@@ -81,7 +83,7 @@ private:
     std::array<std::int64_t, 3> _chunk{};
     VoxelRange _brick; ///< on the whole lattice
 
-    VoxelGrid _grid;
+    VoxelGrid _grid; ///< those that the surface passes through are marked
     FieldPoints _points;
     std::vector<float> _values;
     std::vector<float> _corners;

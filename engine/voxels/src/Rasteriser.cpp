@@ -20,9 +20,23 @@ constexpr float kTrace = 1e-12F;
 
 } // namespace
 
-void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const VoxelRange& within)
+std::size_t Rasteriser::layersOf(const Placed& placed, const VoxelRange& within)
 {
-    const LatticeTriangle triangle = model.triangle(index);
+    constexpr std::int64_t kStepsInLayers = kSteps * VoxelGrid::kLayers;
+    const std::int64_t lowest =
+        std::min({placed.corners[0][2], placed.corners[1][2], placed.corners[2][2]});
+    // what only touches a voxel from above counts
+    const std::int64_t above = lowest - 1 - within.low[2] * kSteps;
+    return static_cast<std::size_t>(
+        std::clamp<std::int64_t>(above / kStepsInLayers, 0, VoxelGrid::kTakes - 1));
+}
+
+void Rasteriser::add(
+    const LatticeModel& model,
+    std::uint32_t index,
+    const LatticeTriangle& triangle,
+    const VoxelRange& within)
+{
     const std::array<std::int64_t, 3> area = doubleArea(triangle);
     glm::dvec3 normal(
         static_cast<double>(area[0]), static_cast<double>(area[1]), static_cast<double>(area[2]));
@@ -56,7 +70,7 @@ void Rasteriser::add(const LatticeModel& model, std::uint32_t index, const Voxel
             return;
         }
         const std::uint32_t voxel = _grid.at(place[0], place[1], place[2]);
-        addSurface(_grid.voxel(voxel), part);
+        addSurface(_grid.surface(voxel), part);
         if (paint)
             addColour(_grid.colour(voxel), part.colour);
     };
@@ -92,10 +106,10 @@ void Rasteriser::mark(const LatticeTriangle& triangle, const VoxelRange& within)
                      static_cast<std::int32_t>(z - within.low[2])});
             });
     for (const RangePlace& hit : _hits)
-        _grid.mark(
+        _grid.mark(_grid.at(
             static_cast<std::uint32_t>(hit[0]),
             static_cast<std::uint32_t>(hit[1]),
-            static_cast<std::uint32_t>(hit[2]));
+            static_cast<std::uint32_t>(hit[2])));
 }
 
 /// Goes through the triangles once more, for the voxels whose triangles are turned to different
@@ -124,7 +138,8 @@ void Rasteriser::addFaces(
     for (WeightedFaces& faces : list.faces)
         _facesOf.emplace(list.voxels[faces.voxel].order(), &faces);
     for (const std::uint32_t index : triangles) {
-        const VoxelRange range = intersection(voxelsOf(model.triangle(index)), within);
+        const LatticeTriangle triangle = model.triangle(index);
+        const VoxelRange range = intersection(voxelsOf(triangle), within);
         std::array<std::uint32_t, 3> low{};
         std::array<std::uint32_t, 3> high{};
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -137,9 +152,30 @@ void Rasteriser::addFaces(
                 for (std::uint32_t x = low[0] / kBlock; x <= high[0] / kBlock; ++x)
                     isConcerned = isConcerned || concerned[x + kBlocks * (y + kBlocks * z)];
         if (isConcerned)
-            add(model, index, within);
+            add(model, index, triangle, within);
     }
     _facesOf.clear();
+}
+
+/// Gathers the triangles and sorts them by the lowest of the grid's layers that they touch; those
+/// of one stay in their order.
+void Rasteriser::sort(
+    const LatticeModel& model, std::span<const std::uint32_t> triangles, const VoxelRange& within)
+{
+    _placed.clear();
+    _begin.fill(0);
+    for (const std::uint32_t index : triangles) {
+        const std::array<std::uint32_t, 3>& corners = model.model.triangles[index];
+        const Placed& placed = _placed.emplace_back(Placed{
+            {model.points[corners[0]], model.points[corners[1]], model.points[corners[2]]}, index});
+        ++_begin[layersOf(placed, within) + 1];
+    }
+    for (std::size_t layers = 0; layers < VoxelGrid::kTakes; ++layers)
+        _begin[layers + 1] += _begin[layers];
+    _order.resize(_placed.size());
+    auto next = _begin;
+    for (std::uint32_t i = 0; i < _placed.size(); ++i)
+        _order[next[layersOf(_placed[i], within)]++] = i;
 }
 
 void Rasteriser::run(
@@ -156,19 +192,28 @@ void Rasteriser::run(
         within.high[axis] = within.low[axis] + kChunkEdge;
     }
     const bool coloured = model.model.isColoured();
-    _grid.clear(coloured);
-    for (const std::uint32_t index : triangles) {
-        add(model, index, within);
-        // a triangle touches all voxels whose crosshair it meets, so they are there
-        mark(model.triangle(index), within);
-    }
-    touched += _grid.size();
-    list.voxels.reserve(_grid.size());
-    _grid.forEachInOrder(separability == Separability::six, [&](std::uint32_t voxel) {
-        list.voxels.push_back(_grid.voxel(voxel));
+    _grid.begin(coloured);
+    const auto take = [&](std::uint32_t voxel, std::uint32_t place, bool) {
+        const WeightedSurface& surface = _grid.surface(voxel);
+        list.voxels.push_back({place, surface.normal, surface.area});
         if (coloured)
             list.colours.push_back(_grid.colour(voxel));
-    });
+    };
+    sort(model, triangles, within);
+    for (std::uint32_t layers = 0; layers < VoxelGrid::kTakes; ++layers) {
+        for (std::uint32_t i = _begin[layers]; i < _begin[layers + 1]; ++i) {
+            const Placed& placed = _placed[_order[i]];
+            LatticeTriangle triangle{};
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    triangle[corner][axis] = placed.corners[corner][axis];
+            add(model, placed.index, triangle, within);
+            // a triangle touches all voxels whose crosshair it meets, so they are there
+            mark(triangle, within);
+        }
+        // those that come touch none of these
+        touched += _grid.take(layers, separability == Separability::six, take);
+    }
     addFaces(model, triangles, within, list);
 }
 

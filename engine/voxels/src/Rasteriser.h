@@ -28,7 +28,23 @@ public:
         std::uint64_t& touched);
 
 private:
-    void add(const LatticeModel& model, std::uint32_t index, const VoxelRange& within);
+    /// A triangle with its corners at hand.
+    struct Placed {
+        std::array<std::array<std::int32_t, 3>, 3> corners{}; ///< [steps]
+        std::uint32_t index = 0;                              ///< in the model
+    };
+
+    /// The lowest of the grid's layers that a triangle may touch.
+    static std::size_t layersOf(const Placed& placed, const VoxelRange& within);
+    void sort(
+        const LatticeModel& model,
+        std::span<const std::uint32_t> triangles,
+        const VoxelRange& within);
+    void
+    add(const LatticeModel& model,
+        std::uint32_t index,
+        const LatticeTriangle& triangle,
+        const VoxelRange& within);
     void addToFaces(const std::array<std::uint32_t, 3>& place, const WeightedFace& part);
     void mark(const LatticeTriangle& triangle, const VoxelRange& within);
     void addFaces(
@@ -38,8 +54,11 @@ private:
         VoxelList& list);
 
     VoxelGrid _grid;
-    std::vector<TrianglePart> _parts; ///< of a triangle
-    std::vector<RangePlace> _hits;    ///< of its crosshairs
+    std::vector<Placed> _placed;                               ///< in the order given
+    std::vector<std::uint32_t> _order;                         ///< of those, by layers
+    std::array<std::uint32_t, VoxelGrid::kTakes + 1> _begin{}; ///< of the layers in that order
+    std::vector<TrianglePart> _parts;                          ///< of a triangle
+    std::vector<RangePlace> _hits;                             ///< of its crosshairs
     /// While faces are added: those of the voxels that get them, by their order.
     std::unordered_map<std::uint32_t, WeightedFaces*> _facesOf;
 };

@@ -19,6 +19,12 @@ struct WeightedVoxel {
     [[nodiscard]] std::uint32_t order() const { return place & 0xffffffU; }
 };
 
+/// The weights of a voxel while surface is added to it.
+struct alignas(16) WeightedSurface {
+    std::array<float, 3> normal{}; ///< sum of unit normals times areas
+    float area = 0;                ///< [voxels of level 0, squared]
+};
+
 /// Sum of colours times areas: linear red, green, blue; opacity. Red, green and blue are weighted
 /// by opacity.
 using WeightedColour = std::array<float, 4>;
@@ -80,7 +86,7 @@ inline void addColour(WeightedColour& sum, const WeightedColour& part)
         sum[i] += part[i];
 }
 
-/// Adds the normal and area of one to those of another: of voxels and of faces.
+/// Adds the normal and area of one to those of another: of surfaces, voxels and faces.
 template <typename Sum, typename Part>
 void addSurface(Sum& sum, const Part& part)
 {
