@@ -1,5 +1,6 @@
 #include "FarField.h"
 
+#include "Arguments.h"
 #include "FieldVoxels.h"
 
 #include <glm/common.hpp>
@@ -8,6 +9,7 @@
 #include <atomic>
 #include <charconv>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace isofront::cli {
@@ -19,7 +21,7 @@ using Store = std::shared_ptr<const voxels::ChunkStore>;
 
 /// More are better made once and kept in a file.
 constexpr std::uint32_t kMostInMemory = 8192;
-constexpr const char* kOption = "--far-voxels ";
+const std::string kOption = "--far-voxels ";
 
 /// Takes away what the meshes don't have.
 class WithoutColours final : public voxels::ChunkSink {
@@ -38,7 +40,8 @@ private:
     voxels::ChunkSink& _sink;
 };
 
-core::Result<Store> openModel(const std::string& path, const Source& source, Progress& progress)
+core::Result<Store>
+openModel(const std::filesystem::path& path, const Source& source, Progress& progress)
 {
     auto opened = voxels::openAnyStore(path);
     if (!opened)
@@ -53,26 +56,30 @@ core::Result<Store> openModel(const std::string& path, const Source& source, Pro
     if (isElsewhere)
         return core::failure(
             ErrorCode::usage,
-            kOption + path + ": its voxels lie where " + source.name +
+            kOption + path.string() + ": its voxels lie where " + source.name +
                 " has nothing; voxelise that source");
     const std::string name =
         source.isProcedural ? source.name : std::filesystem::path(source.name).filename().string();
     if (store->model().name != name)
-        progress.say("note: " + path + " was made of " + store->model().name + ", not of " + name);
+        progress.say(
+            "note: " + path.string() + " was made of " + store->model().name + ", not of " + name);
     return store;
 }
 
 core::Result<Store> voxelised(
     std::uint32_t resolution,
     const Source& source,
-    double isovalue,
-    double filter,
+    const FarFieldSurface& surface,
     core::Jobs& jobs,
     Progress& progress,
     const std::stop_token& stop)
 {
     const auto settings = fieldVoxelSettings(
-        source, {.resolution = resolution, .isovalue = isovalue, .filter = filter});
+        source,
+        {.resolution = resolution,
+         .isovalue = surface.isovalue,
+         .filter = surface.filter,
+         .closed = surface.closed});
     if (!settings)
         return tl::unexpected(settings.error());
     std::unique_ptr<voxels::ChunkStore> store = voxels::memoryStore();
@@ -93,35 +100,92 @@ core::Result<Store> voxelised(
     model.chunks = made->chunks;
     if (const auto failed = store->finish(model))
         return tl::unexpected(*failed);
-    progress.say(
-        "far field: " + grouped(made->voxels) + " voxels, " + grouped(made->allVoxels) + " in " +
-        std::to_string(made->lattice.levels) + " levels of detail");
     return Store(std::move(store));
+}
+
+core::Error notUnderstood(const std::string& text)
+{
+    return {
+        ErrorCode::usage,
+        kOption + ("'" + text) + "': give a whole number of voxels along the longest edge, 2 to " +
+            std::to_string(kMostInMemory) +
+            ", as in 1024, or the path of a model that 'isofront voxelize' has made"};
+}
+
+bool isNumberLike(const std::string& text)
+{
+    return std::ranges::all_of(
+        text, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+'; });
 }
 
 } // namespace
 
-core::Result<Store> openFarField(
-    const std::string& text,
-    const Source& source,
-    double isovalue,
-    double filter,
-    core::Jobs& jobs,
-    Progress& progress,
-    const std::stop_token& stop)
+void FarFieldOptions::addTo(CLI::App& command)
 {
-    std::uint32_t resolution = 0;
-    const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), resolution);
-    const bool isNumber =
-        !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
-    if (!isNumber)
-        return openModel(text, source, progress);
-    if (failed != std::errc() || resolution < 2 || resolution > kMostInMemory)
+    CLI::Option* farVoxels =
+        command
+            .add_option(
+                "--far-voxels",
+                voxels,
+                "show the distance as surface voxels: so many along the longest edge, made first, "
+                "or a model that 'isofront voxelize' made of the same source")
+            ->type_name("N|MODEL");
+    command
+        .add_option(
+            "--hand-over",
+            handOver,
+            "error of voxels below which they take the place of meshes [px]")
+        ->check(within(0.05, 100.0))
+        ->needs(farVoxels)
+        ->capture_default_str();
+}
+
+core::Result<std::optional<FarFieldRequest>> farFieldRequest(const FarFieldOptions& options)
+{
+    if (!options.voxels)
+        return std::nullopt;
+    const std::string& text = *options.voxels;
+    std::error_code ignored;
+    if (!text.empty() && !isNumberLike(text)) {
+        const std::filesystem::path path = text;
+        if (std::filesystem::exists(path, ignored))
+            return FarFieldRequest{.model = path};
+        if (!path.has_parent_path() && !path.has_extension())
+            return tl::unexpected(notUnderstood(text));
+        return core::failure(
+            ErrorCode::inputOutput, kOption + text + ": there is no such file; check the path");
+    }
+    FarFieldRequest request;
+    const char* const last = text.data() + text.size();
+    const auto [end, failed] = std::from_chars(text.data(), last, request.resolution);
+    if (text.empty() || end != last || failed == std::errc::invalid_argument)
+        return tl::unexpected(notUnderstood(text));
+    if (failed != std::errc() || request.resolution < 2 || request.resolution > kMostInMemory)
         return core::failure(
             ErrorCode::usage,
             kOption + text + ": it must be 2 to " + std::to_string(kMostInMemory) +
                 "; for more, make a model with 'isofront voxelize' and name that");
-    return voxelised(resolution, source, isovalue, filter, jobs, progress, stop);
+    return request;
+}
+
+core::Result<Store> openFarField(
+    const FarFieldRequest& request,
+    const Source& source,
+    const FarFieldSurface& surface,
+    core::Jobs& jobs,
+    Progress& progress,
+    const std::stop_token& stop)
+{
+    auto opened = request.resolution > 0
+                      ? voxelised(request.resolution, source, surface, jobs, progress, stop)
+                      : openModel(request.model, source, progress);
+    if (!opened)
+        return opened;
+    const voxels::StoredModel& model = (*opened)->model();
+    progress.say(
+        "far field: " + grouped(model.voxels) + " voxels, " + grouped(model.allVoxels) + " in " +
+        std::to_string(model.lattice.levels) + " levels of detail");
+    return opened;
 }
 
 } // namespace isofront::cli

@@ -73,9 +73,9 @@ void describeField(
     others.emplace_back("lattice", std::to_string(arguments.lattice));
     others.emplace_back("filter", brief(arguments.filter));
     others.emplace_back("update_milliseconds", brief(arguments.updateMilliseconds));
-    if (!arguments.farVoxels.empty()) {
-        others.emplace_back("far_voxels", arguments.farVoxels);
-        others.emplace_back("hand_over_pixels", brief(arguments.handOver));
+    if (arguments.far.voxels) {
+        others.emplace_back("far_voxels", *arguments.far.voxels);
+        others.emplace_back("hand_over_pixels", brief(arguments.far.handOver));
         others.emplace_back("cache_mib", std::to_string(arguments.cacheMib));
     }
     nlohmann::ordered_json json;
@@ -92,9 +92,8 @@ core::Result<void> checkField(const FlyArguments& arguments)
             *arguments.command, {"--up", "--voxel-pixels", "--way"}, "what is no voxel model");
         !useful)
         return useful;
-    if (arguments.farVoxels.empty()) {
-        if (const auto useful =
-                checkNoOptions(*arguments.command, {"--cache-mib"}, "a flight without voxels");
+    if (!arguments.far.voxels) {
+        if (const auto useful = checkNoOptions(*arguments.command, {"--cache-mib"}, kWithoutVoxels);
             !useful)
             return useful;
     }
@@ -118,6 +117,9 @@ core::Result<FlightStage> stageOfField(
     const auto detail = arguments.detail.request();
     if (!detail)
         return tl::unexpected(detail.error());
+    const auto farRequest = farFieldRequest(arguments.far);
+    if (!farRequest)
+        return tl::unexpected(farRequest.error());
     const std::string text =
         !arguments.source.empty()
             ? arguments.source
@@ -153,9 +155,14 @@ core::Result<FlightStage> stageOfField(
     stage.surface =
         std::make_unique<surface::Surface>(source.field, source.domain, options, stage.jobs);
     std::shared_ptr<const voxels::ChunkStore> far;
-    if (!arguments.farVoxels.empty()) {
+    if (*farRequest) {
         auto made = openFarField(
-            arguments.farVoxels, source, isovalue, arguments.filter, *stage.jobs, progress, stop);
+            **farRequest,
+            source,
+            {.isovalue = isovalue, .filter = arguments.filter},
+            *stage.jobs,
+            progress,
+            stop);
         if (!made)
             return tl::unexpected(made.error());
         far = std::move(*made);
@@ -165,7 +172,7 @@ core::Result<FlightStage> stageOfField(
         stage.surface.get(),
         far,
         stage.jobs,
-        {.handOver = {.pixels = arguments.handOver},
+        {.handOver = {.pixels = arguments.far.handOver},
          .transitionSeconds = arguments.fade,
          .pixelError = arguments.pixelError,
          .detail = options.detail,
@@ -176,7 +183,7 @@ core::Result<FlightStage> stageOfField(
     stage.scene.emplace(std::move(*scene));
     if (far)
         stage.voxelPixels = std::min(
-            voxels::StreamingSettings{}.voxelPixels, arguments.handOver / render::kVoxelError);
+            voxels::StreamingSettings{}.voxelPixels, arguments.far.handOver / render::kVoxelError);
     progress.show("finding a way", -1);
     stage.views = flightPath(source, planOf(arguments, size));
     describe(stage, arguments, size);

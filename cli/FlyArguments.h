@@ -1,10 +1,9 @@
 #pragma once
 
 #include "DetailOptions.h"
+#include "FarField.h"
 #include "MeshOptions.h"
 #include "SourceArguments.h"
-
-#include <isofront/render/HandOver.h>
 
 #include <CLI/CLI.hpp>
 
@@ -30,8 +29,7 @@ struct FlyArguments {
     double updateMilliseconds = 4;
     double fade = 0.25; ///< [s]
     bool measurePopping = false;
-    std::string farVoxels;
-    double handOver = render::HandOverSettings{}.pixels;
+    FarFieldOptions far;
     double voxelPixels = 1; ///< of a model flown alone, as the next two
     std::string way = "auto";
     std::string up;

@@ -402,22 +402,7 @@ Action addFly(CLI::App& app)
         ->capture_default_str();
     command->add_flag(
         "--measure-popping", arguments->measurePopping, "report how much changes of detail show");
-    CLI::Option* farVoxels =
-        command
-            ->add_option(
-                "--far-voxels",
-                arguments->farVoxels,
-                "show the distance as surface voxels: so many along the longest edge, made before "
-                "the flight, or a model that 'isofront voxelize' made of the same source")
-            ->type_name("N|MODEL");
-    command
-        ->add_option(
-            "--hand-over",
-            arguments->handOver,
-            "error of voxels below which they take the place of meshes [px]")
-        ->check(within(0.05, 100.0))
-        ->needs(farVoxels)
-        ->capture_default_str();
+    arguments->far.addTo(*command);
     addVoxelOptions(*command, arguments->voxelPixels, arguments->way, arguments->up);
     addCacheOption(*command, arguments->cacheMib, "");
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")

@@ -1,5 +1,6 @@
 #include "Arguments.h"
 #include "Console.h"
+#include "FarField.h"
 #include "ModelView.h"
 #include "Pictures.h"
 #include "SourceArguments.h"
@@ -7,6 +8,7 @@
 
 #include <isofront/core/Process.h>
 #include <isofront/exchange/Png.h>
+#include <isofront/render/HybridScene.h>
 #include <isofront/voxels/ChunkStore.h>
 
 #include <nlohmann/json.hpp>
@@ -37,6 +39,7 @@ struct RenderArguments {
     bool closed = false;
     MeshOptions mesh;
     DetailOptions detail;
+    FarFieldOptions far;
     std::string up;
     double voxelPixels = 1;
     std::string way = "auto";
@@ -82,6 +85,20 @@ int renderModel(const RenderArguments& arguments, const PictureSize& size)
     return renderVoxels(request);
 }
 
+nlohmann::ordered_json farFieldJson(const voxels::ChunkStore& far, const render::HybridFrame& frame)
+{
+    nlohmann::ordered_json json;
+    json["resolution"] = far.model().lattice.resolution;
+    json["voxels_drawn"] = frame.drawn.voxels.voxels;
+    json["chunks_drawn"] = frame.drawn.voxels.chunksDrawn;
+    json["chunks_damaged"] = frame.damaged.size();
+    json["chunk_bytes"] = frame.residentVoxelBytes;
+    json["effective_voxel_pixels"] = frame.voxelPixels;
+    json["mesh_blocks"] = frame.meshBlocks;
+    json["voxel_blocks"] = frame.voxelBlocks;
+    return json;
+}
+
 int render(const RenderArguments& arguments)
 {
     const auto start = Clock::now();
@@ -121,11 +138,16 @@ int render(const RenderArguments& arguments)
         return useful ? renderModel(arguments, *size) : report(useful.error());
     }
     if (const auto useful = checkNoOptions(
-            *arguments.command,
-            {"--up", "--voxel-pixels", "--way", "--cache-mib"},
-            "what is no voxel model");
+            *arguments.command, {"--up", "--voxel-pixels", "--way"}, "what is no voxel model");
         !useful)
         return report(useful.error());
+    if (!arguments.far.voxels)
+        if (const auto useful = checkNoOptions(*arguments.command, {"--cache-mib"}, kWithoutVoxels);
+            !useful)
+            return report(useful.error());
+    const auto farRequest = farFieldRequest(arguments.far);
+    if (!farRequest)
+        return report(farRequest.error());
     if (!extractor::VolumeMesh::isValidSize(arguments.lattice) || arguments.lattice < 4)
         return report(
             {ErrorCode::usage,
@@ -159,7 +181,8 @@ int render(const RenderArguments& arguments)
         {.device = arguments.device,
          .width = size->width,
          .height = size->height,
-         .samples = arguments.samples});
+         .samples = arguments.samples,
+         .voxelBytes = arguments.cacheMib << 20U});
     if (!studio)
         return report(studio.error());
 
@@ -167,35 +190,57 @@ int render(const RenderArguments& arguments)
         progress.say(isovalueNote(isovalue));
     const std::shared_ptr<core::Jobs> jobs =
         core::makeJobs(core::JobsBackend::automatic, arguments.threads);
-    surface::Surface surface(
-        source->field,
-        source->domain,
-        surfaceOptions(
-            *source,
-            isovalue,
-            arguments.lattice,
-            arguments.filter,
-            arguments.pixelError,
-            arguments.closed,
-            arguments.mesh,
-            *detail),
-        jobs);
+    const surface::SurfaceOptions options = surfaceOptions(
+        *source,
+        isovalue,
+        arguments.lattice,
+        arguments.filter,
+        arguments.pixelError,
+        arguments.closed,
+        arguments.mesh,
+        *detail);
+    surface::Surface surface(source->field, source->domain, options, jobs);
     const hierarchy::View view =
         viewTo(source->eye, source->target, arguments.fov, size->width, size->height, source->up);
-    const surface::Delta delta = surface.settle(
-        view, [&](double share) { progress.show("extracting", share); }, stop);
+    std::shared_ptr<const voxels::ChunkStore> far;
+    if (*farRequest) {
+        auto opened = openFarField(
+            **farRequest,
+            *source,
+            {.isovalue = isovalue, .filter = arguments.filter, .closed = arguments.closed},
+            *jobs,
+            progress,
+            stop);
+        if (!opened)
+            return report(opened.error());
+        far = std::move(*opened);
+    }
+    auto scene = render::HybridScene::create(
+        *studio->renderer,
+        &surface,
+        far,
+        jobs,
+        {.handOver = {.pixels = arguments.far.handOver},
+         .pixelError = arguments.pixelError,
+         .detail = options.detail,
+         .latticeSize = arguments.lattice});
+    if (!scene)
+        return report(scene.error());
+    const Clock::time_point settling = Clock::now();
+    const auto frame = scene->settle(
+        view, studio->scene, [&](double share) { progress.show("extracting", share); }, stop);
     if (stop.stop_requested())
         return report({ErrorCode::interrupted, "interrupted; no picture was written"});
-    const double extractSeconds = std::chrono::duration<double>(Clock::now() - start).count();
+    if (!frame)
+        return report(
+            frame.error().code == ErrorCode::resourceLimit
+                ? frame.error().within(
+                      "the mesh doesn't fit on the device; choose a larger --pixel-error")
+                : frame.error());
+    const double extractSeconds =
+        std::chrono::duration<double>(settling - start).count() + frame->surfaceMilliseconds / 1000;
 
     progress.show("drawing", -1);
-    const auto upload = studio->renderer->apply(delta);
-    if (!upload)
-        return report(upload.error().within(
-            "the mesh doesn't fit on the device; choose a larger --pixel-error"));
-    const auto frame = studio->renderer->draw(view, studio->scene);
-    if (!frame)
-        return report(frame.error());
     const auto image = studio->renderer->readImage();
     if (!image)
         return report(image.error());
@@ -216,11 +261,15 @@ int render(const RenderArguments& arguments)
     if (const std::string note = coarserNote(arguments.pixelError, stats.effectivePixelError);
         !note.empty())
         progress.say(note);
+    for (const core::Error& error : frame->damaged)
+        progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
     if (!arguments.json) {
         progress.say(
             arguments.output + ": " + std::to_string(size->width) + "x" +
-            std::to_string(size->height) + ", " + grouped(frame->triangles) + " of " +
-            grouped(stats.triangles) + " triangles drawn by " + studio->device->description().name);
+            std::to_string(size->height) + ", " + grouped(frame->drawn.triangles) + " of " +
+            grouped(stats.triangles) + " triangles" +
+            (far ? " and " + grouped(frame->drawn.voxels.voxels) + " voxels" : "") + " drawn by " +
+            studio->device->description().name);
         return 0;
     }
     const auto point = [](const glm::dvec3& p) { return nlohmann::ordered_json{p.x, p.y, p.z}; };
@@ -235,7 +284,7 @@ int render(const RenderArguments& arguments)
     json["pixel_error"] = arguments.pixelError;
     json["effective_pixel_error"] = stats.effectivePixelError;
     json["triangles"] = stats.triangles;
-    json["triangles_drawn"] = frame->triangles;
+    json["triangles_drawn"] = frame->drawn.triangles;
     json["cells"] = stats.frontCells;
     json["cells_extracted"] = stats.cellsExtracted;
     json["cells_skipped"] = stats.cellsSkipped;
@@ -248,6 +297,7 @@ int render(const RenderArguments& arguments)
         {"extract", extractSeconds}};
     json["peak_rss_bytes"] = core::peakResidentBytes();
     json["threads"] = jobs->concurrency();
+    json["far_field"] = far ? farFieldJson(*far, *frame) : nullptr;
     detail->describeDetail(json["settings"]);
     detail->describeCeilings(json["settings"]);
     print(json);
@@ -280,7 +330,8 @@ Action addRender(CLI::App& app)
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
         ->capture_default_str();
     addVoxelOptions(*command, arguments->voxelPixels, arguments->way, arguments->up);
-    addCacheOption(*command, arguments->cacheMib, "voxel models: ");
+    addCacheOption(*command, arguments->cacheMib, "");
+    arguments->far.addTo(*command);
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();
     command->add_option("--filter", arguments->filter, "strength of the low-pass filter")

@@ -93,6 +93,50 @@ TEST_F(FlyCommand, showsCoarserVoxelsWhereAModelIsDamaged)
     EXPECT_GT(Json::parse(flown.output)["mean_voxels"], 1000);
 }
 
+TEST_F(FlyCommand, showsTheDistanceOfAPictureAsVoxelsToo)
+{
+    const std::string draw = "render proc:gyroid --eye 0,-60,0 --size 160x120 ";
+    const Json meshes = json(draw + "-o meshes.png");
+    EXPECT_TRUE(meshes["far_field"].is_null());
+    json("voxelize proc:gyroid --resolution 200 -o gyroid.voxels");
+    const Json made = json(draw + "--far-voxels 200 -o made.png");
+    const Json stored = json(draw + "--far-voxels gyroid.voxels -o stored.png");
+    EXPECT_EQ(made["far_field"], stored["far_field"]);
+    EXPECT_EQ(contentsOf(folder / "made.png"), contentsOf(folder / "stored.png"));
+    EXPECT_EQ(made["far_field"]["resolution"], 200);
+    EXPECT_EQ(made["far_field"]["mesh_blocks"], 0);
+    EXPECT_GT(made["far_field"]["voxel_blocks"], 0);
+    EXPECT_GT(made["far_field"]["voxels_drawn"], 1000);
+    EXPECT_EQ(made["triangles_drawn"], 0);
+    EXPECT_NE(contentsOf(folder / "made.png"), contentsOf(folder / "meshes.png"));
+    // none of it is far enough for such an error
+    const Json near = json(draw + "--far-voxels 4 --hand-over 0.05 -o near.png");
+    EXPECT_EQ(near["far_field"]["voxel_blocks"], 0);
+    EXPECT_EQ(near["triangles_drawn"], meshes["triangles_drawn"]);
+    EXPECT_EQ(contentsOf(folder / "near.png"), contentsOf(folder / "meshes.png"));
+}
+
+TEST_F(FlyCommand, teachesWhatAFarFieldIs)
+{
+    write("text.voxels", "mine");
+    for (const std::string command : {"render proc:sphere -o a.png", "fly proc:sphere --out f"}) {
+        for (const std::string wrong : {"-5", "256.5", "abc", "", "+3", "1e3", "."})
+            expectFailure(
+                command + " --far-voxels '" + wrong + "'",
+                2,
+                {"--far-voxels '" + wrong + "'", "a whole number of voxels", "isofront voxelize"});
+        for (const std::string wrong : {"0", "1", "8193", "99999999999999999999"})
+            expectFailure(command + " --far-voxels " + wrong, 2, {wrong, "2 to 8192"});
+        for (const std::string missing : {"none.voxels", "no/where"})
+            expectFailure(command + " --far-voxels " + missing, 4, {missing, "no such file"});
+        expectFailure(command + " --far-voxels text.voxels", 3, {"--far-voxels", "text.voxels"});
+        expectFailure(command + " --hand-over 2", 2, {"--hand-over", "--far-voxels"});
+        expectFailure(command + " --cache-mib 9", 2, {"--cache-mib", "without --far-voxels"});
+    }
+    EXPECT_FALSE(fs::exists(folder / "f"));
+    EXPECT_FALSE(fs::exists(folder / "a.png"));
+}
+
 TEST_F(FlyCommand, refusesWhatChangesNothingAndLeavesNoFolder)
 {
     json("voxelize proc:sphere --resolution 16 -o ball.voxels");
@@ -115,7 +159,6 @@ TEST_F(FlyCommand, refusesWhatChangesNothingAndLeavesNoFolder)
             "fly proc:sphere --out f " + option,
             2,
             {option.substr(0, option.find(' ')), "no voxel model"});
-    expectFailure("fly proc:sphere --out f --cache-mib 9", 2, {"--cache-mib", "without voxels"});
     expectFailure("fly ball.voxels --out f --up 0,0,0", 2, {"--up"});
     expectFailure("fly empty.voxels --out f/g", 3, {"empty.voxels", "no voxels"});
     expectFailure("fly none.voxels --out f", 4, {"none.voxels"});

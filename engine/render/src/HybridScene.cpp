@@ -314,11 +314,15 @@ core::Result<HybridFrame> HybridScene::settle(
         return core::failure(core::ErrorCode::interrupted, "interrupted while a view was prepared");
     };
     UploadStats meshes;
+    double surfaceMilliseconds = 0;
     const auto settleMeshes = [&]() -> core::Result<void> {
         if (parts.surface == nullptr)
             return {};
+        const Clock::time_point start = Clock::now();
         parts.setReach(view);
-        const auto applied = parts.apply(parts.surface->settle(view, progress, stop));
+        const surface::Delta delta = parts.surface->settle(view, progress, stop);
+        surfaceMilliseconds += millisecondsSince(start);
+        const auto applied = parts.apply(delta);
         if (!applied)
             return tl::unexpected(applied.error());
         meshes.cellsAdded += applied->cellsAdded;
@@ -339,9 +343,10 @@ core::Result<HybridFrame> HybridScene::settle(
         damaged.insert(damaged.end(), frame.damaged.begin(), frame.damaged.end());
         if (const auto done = parts.renderer->finish(); !done)
             return tl::unexpected(done.error());
-        // Once more: who owns what depends on what was there before.
-        if (frame.isComplete && wasComplete) {
+        // With voxels, once more: who owns what depends on what was there before.
+        if (frame.isComplete && (wasComplete || !parts.streamer)) {
             frame.meshes = meshes;
+            frame.surfaceMilliseconds = surfaceMilliseconds;
             frame.damaged = std::move(damaged);
             // all of this is there at once: nothing of it is to fade afterwards
             parts.clock = TransitionClock(parts.settings.transitionSeconds);
