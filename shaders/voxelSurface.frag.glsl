@@ -16,15 +16,6 @@ layout(set = 0, binding = 7) uniform usampler2D names;
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 colour;
 
-vec3 normalIn(uint word)
-{
-    int packed = int(word);
-    vec3 normal = vec3(
-        bitfieldExtract(packed, 0, 10), bitfieldExtract(packed, 10, 10),
-        bitfieldExtract(packed, 20, 10));
-    return dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
-}
-
 vec3 toLinear(vec3 code)
 {
     vec3 high = pow((code + 0.055) / 1.055, vec3(2.4));

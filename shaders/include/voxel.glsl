@@ -193,6 +193,16 @@ Look lookOf(uint chunk, uint colours, uint voxel, uint normal, uint face)
     return Look(words[own], words[own + 1u]);
 }
 
+// A normal as it is packed; up where there is none.
+vec3 normalIn(uint word)
+{
+    int packed = int(word);
+    vec3 normal = vec3(
+        bitfieldExtract(packed, 0, 10), bitfieldExtract(packed, 10, 10),
+        bitfieldExtract(packed, 20, 10));
+    return dot(normal, normal) > 0.0 ? normalize(normal) : vec3(0.0, 0.0, 1.0);
+}
+
 vec4 clipped(vec3 fromEye)
 {
     return vec4(

@@ -324,5 +324,62 @@ TEST_F(HybridScenes, showInEachPixelOneOfTwoHandOvers)
     }
 }
 
+TEST_F(HybridScenes, letVoxelsCastShadowsWhereTheyAreAndInViewOrNot)
+{
+    render::Scene sunny;
+    sunny.sunDirection = {0.6, 0.2, 0.5};
+    sunny.shadowDistance = 6;
+    sunny.antialias = false;
+    // Voxels are large, so that their shadows show what they are of.
+    std::unique_ptr<voxels::ChunkStore> store = voxels::memoryStore();
+    const auto report = voxels::voxelizeField(
+        *_source.field,
+        {.isovalue = _source.isovalue, .box = _source.domain, .edge = _source.domain.size().x / 40},
+        *store,
+        *jobs());
+    ASSERT_TRUE(report) << report.error().message;
+    ASSERT_FALSE(store->finish({.name = "torus", .lattice = report->lattice}));
+    const std::shared_ptr<const voxels::ChunkStore> coarse = std::move(store);
+    const auto pictured = [&](double pixels, const hierarchy::View& view) {
+        const auto shown = renderer(domain(), options());
+        surface::Surface surface = surfaceOf();
+        auto scene = HybridScene::create(
+            *shown, &surface, pixels > 0 ? coarse : nullptr, jobs(), settings(pixels));
+        EXPECT_TRUE(scene) << scene.error().message;
+        const auto frame = scene->settle(view, sunny);
+        EXPECT_TRUE(frame) << frame.error().message;
+        return pictureOf(*shown, *frame);
+    };
+    // Near meshes get the same light whether what is behind them is of voxels or not.
+    const hierarchy::View across = lookingAt({0, -1.5, 0.5}, {0, 0, 0}, 200, 150);
+    const Picture meshes = pictured(0, across);
+    const Picture both = pictured(4, across);
+    EXPECT_GT(both.frame.meshBlocks, 0U);
+    EXPECT_GT(both.frame.drawn.voxels.shadowVoxels, 0U);
+    std::size_t shared = 0;
+    std::size_t odd = 0;
+    for (std::size_t i = 0; i < meshes.depth.size(); ++i) {
+        if (both.voxels[i].isThere || meshes.depth[i] == 0 || both.depth[i] != meshes.depth[i])
+            continue;
+        ++shared;
+        odd += std::abs(int{both.rgba[4 * i]} - int{meshes.rgba[4 * i]}) > 12 ? 1U : 0U;
+    }
+    EXPECT_GT(shared, 1000U);
+    EXPECT_LT(odd, shared / 100);
+    EXPECT_GT(voxelPixels(both), 100U);
+
+    // A part of it in view: the rest casts its shadows, too.
+    hierarchy::View part = lookingAt({0, -1.5, 0.5}, {0.5, -0.5, 0}, 60, 40);
+    part.verticalFieldOfView = 0.1;
+    const auto shown = renderer(domain(), options());
+    surface::Surface surface = surfaceOf();
+    auto scene = HybridScene::create(*shown, &surface, model(), jobs(), settings(100));
+    ASSERT_TRUE(scene) << scene.error().message;
+    const auto frame = scene->settle(part, sunny);
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_GT(frame->drawn.voxels.voxels, 0U);
+    EXPECT_GT(frame->drawn.voxels.shadowVoxels, frame->drawn.voxels.voxels);
+}
+
 } // namespace
 } // namespace isofront::test

@@ -1,4 +1,5 @@
 #include "render/support/VoxelFixture.h"
+#include "support/Random.h"
 
 #include <isofront/voxels/ChunkStreamer.h>
 
@@ -54,6 +55,19 @@ int greyAt(const core::Image& image, int x, int y)
 {
     const auto* pixel = image.pixel(x, y);
     return pixel[0] + pixel[1] + pixel[2];
+}
+
+glm::dvec3 anyDirection(std::mt19937_64& random)
+{
+    for (;;) {
+        const auto share = [&] { return tests::uniform(random, -1, 1); };
+        const double x = share();
+        const double y = share();
+        const glm::dvec3 inCube(x, y, share());
+        const double length = glm::length(inCube);
+        if (length > 0.1 && length < 1)
+            return inCube / length;
+    }
 }
 
 class VoxelShadows : public VoxelFixture {};
@@ -125,6 +139,54 @@ TEST_F(VoxelShadows, fallWhereTheSunIsHidden)
             EXPECT_GT(dark, 100U);
             EXPECT_GT(bright, 1000U);
         }
+    }
+}
+
+TEST_F(VoxelShadows, neverSpotAnEvenSlope)
+{
+    // However the slope lies, and however low the sun stands over it.
+    std::mt19937_64 random(11);
+    render::RendererOptions wanted = options();
+    wanted.shadowMapSize = 1024;
+    const glm::dvec3 middle(64);
+    for (int trial = 0; trial < tests::trials(5); ++trial) {
+        const glm::dvec3 out = anyDirection(random);
+        const glm::dvec3 along = glm::normalize(glm::cross(out, anyDirection(random)));
+        const double sine = trial % 2 == 0 ? 0.05 : 0.3;
+        render::Scene scene = sunny();
+        scene.sunDirection = sine * out + std::sqrt(1 - sine * sine) * along;
+        scene.up = scene.sunDirection; // or the sun would have set where it is below the ground
+        scene.shadowDistance = 400;    // texels of half a voxel
+        const double thick = std::max({std::abs(out.x), std::abs(out.y), std::abs(out.z)});
+        Chunk slope;
+        for (std::uint32_t z = 24; z < 104; ++z)
+            for (std::uint32_t y = 24; y < 104; ++y)
+                for (std::uint32_t x = 24; x < 104; ++x)
+                    if (std::abs(glm::dot(glm::dvec3(x, y, z) + 0.5 - middle, out)) <= 0.5 * thick)
+                        slope.voxels.push_back(
+                            {voxels::packPlace(x, y, z, voxels::kAllFaces),
+                             voxels::packNormal(out)});
+        const auto shown = renderer(kDomain, wanted);
+        add(*shown, {&slope, 1});
+        // Pixels are small, so that the deepest notches between voxels are seen, too.
+        hierarchy::View view = lookingAt(middle + 100.0 * out + 30.0 * along, middle, 160, 160);
+        view.up = along;
+        view.verticalFieldOfView = 0.3;
+        const VoxelDraw draw{slope.key};
+        const render::VoxelScene voxels{.lattice = kLattice, .draws = {&draw, 1}};
+        const VoxelShot lit = shootVoxels(*shown, view, voxels, scene);
+        EXPECT_EQ(lit.stats.voxels.shadowVoxels, slope.voxels.size());
+        scene.shadowDistance = 0;
+        const VoxelShot bare = shootVoxels(*shown, view, voxels, scene);
+        EXPECT_EQ(bare.stats.voxels.shadowVoxels, 0U);
+        std::size_t seen = 0;
+        for (int y = 0; y < view.height; ++y)
+            for (int x = 0; x < view.width; ++x) {
+                seen += lit.depth[static_cast<std::size_t>(y * view.width + x)] > 0 ? 1U : 0U;
+                ASSERT_NEAR(greyAt(lit.image, x, y), greyAt(bare.image, x, y), 6)
+                    << x << " " << y << " trial " << trial;
+            }
+        EXPECT_GT(seen, 20000U);
     }
 }
 

@@ -240,6 +240,8 @@ core::Result<void> HybridScene::Parts::show(
         voxels.lattice = streamer->tree().lattice();
         voxels.placed = chunks.draws;
         voxels.tree = &streamer->tree();
+        if (const auto sun = renderer->sunlight(view, scene))
+            voxels.casters = streamer->casters(sun->space, sun->texel);
         voxels.frame = frames;
         voxels.handOver = handOver ? &*handOver : nullptr;
     }

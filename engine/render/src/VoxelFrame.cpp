@@ -275,7 +275,8 @@ void addCasters(
         return;
     const LatticeView seen = latticeView(view, scene.lattice);
     for (const PlacedChunk& chunk : chunks) {
-        if ((chunk.pictures & shared::kInPresent) == 0)
+        const std::uint32_t pictures = picturesOf(chunk, scene);
+        if ((pictures & shared::kInPresent) == 0)
             continue;
         const double size = std::ldexp(1.0, static_cast<int>(chunk.key.level));
         const glm::dvec3 corner = cornerOf(chunk.key, seen);
@@ -295,7 +296,7 @@ void addCasters(
             {.cornerAndLevel = shared::ivec4(glm::ivec3(corner), static_cast<int>(chunk.key.level)),
              .place = {chunk.firstWord, chunk.firstColour, chunk.voxels, 0},
              .box =
-                 {chunk.low,
+                 {chunk.low | pictures << shared::kChunkPicturesShift,
                   chunk.high | octants << shared::kChunkOctantsShift,
                   chunk.voxels,
                   std::bit_cast<std::uint32_t>(1.0F)},
