@@ -13,4 +13,7 @@ void main()
 {
     gl_Position = clipped(fromEyeIn(cells[gl_InstanceIndex].lowAndExponent));
     normalAndCap = normalAndCapOf(octahedralNormal);
+#ifdef ISOFRONT_COLOURED
+    ownLight = vec4(toLinear(ownColour.rgb), ownColour.w > 0.0 ? 1.0 : 0.0);
+#endif
 }

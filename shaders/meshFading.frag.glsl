@@ -19,6 +19,12 @@ layout(location = 1) flat in uint pictures;
 layout(location = 2) centroid in vec3 place; // [blocks]
 
 layout(location = 0) out vec4 surface;
+#ifdef ISOFRONT_COLOURED
+#include "include/srgb.glsl"
+
+layout(location = 3) centroid in vec4 ownLight;
+layout(location = 1) out vec4 colour; // sRGB, of what has a colour of its own
+#endif
 
 void main()
 {
@@ -32,4 +38,9 @@ void main()
             discard;
     }
     surface = surfaceOf(normalAndCap, gl_FrontFacing);
+#ifdef ISOFRONT_COLOURED
+    if (ownLight.w > 0.999)
+        surface.w = sign(surface.w); // as voxelSurface.frag.glsl writes it
+    colour = vec4(fromLinear(clamp(ownLight.rgb, 0.0, 1.0)), 1.0);
+#endif
 }

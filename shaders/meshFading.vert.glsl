@@ -18,6 +18,9 @@ void main()
     vec3 fromEye = fromEyeIn(cell);
     gl_Position = clipped(fromEye);
     normalAndCap = normalAndCapOf(octahedralNormal);
+#ifdef ISOFRONT_COLOURED
+    ownLight = vec4(toLinear(ownColour.rgb), ownColour.w > 0.0 ? 1.0 : 0.0);
+#endif
     pictures = cell.w >> kCellPicturesShift;
     place = vec3(
         dot(frame.blockFromGrid[0].xyz, fromEye) + frame.blockFromGrid[0].w,

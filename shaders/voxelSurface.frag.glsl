@@ -3,6 +3,7 @@
 
 // Where a voxel is seen: writes what the shading pass needs, in the mesh's way, and notes that the
 // voxel's chunk is visible.
+#include "include/srgb.glsl"
 #include "include/voxel.glsl"
 
 layout(set = 0, binding = 6, std430) buffer Visible { uint visible[]; };
@@ -15,18 +16,6 @@ layout(set = 0, binding = 7) uniform usampler2D names;
 // As mesh.frag.glsl writes it; in w 1 for what has a colour of its own.
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 colour;
-
-vec3 toLinear(vec3 code)
-{
-    vec3 high = pow((code + 0.055) / 1.055, vec3(2.4));
-    return mix(high, code / 12.92, lessThanEqual(code, vec3(0.04045)));
-}
-
-vec3 fromLinear(vec3 light)
-{
-    vec3 high = 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055;
-    return mix(high, 12.92 * light, lessThanEqual(light, vec3(0.0031308)));
-}
 
 // A colour on the way from one to another, in light.
 vec4 between(vec4 from, vec4 to, float weight)

@@ -10,6 +10,12 @@ layout(set = 0, binding = 0) uniform FrameBlock { Frame frame; };
 layout(set = 0, binding = 1, std430) readonly buffer Cells { DrawnCell cells[]; };
 
 layout(location = 0) in uvec4 positionAndFlags;
+#ifdef ISOFRONT_COLOURED
+#include "include/srgb.glsl"
+
+layout(location = 2) in vec4 ownColour; // sRGB; in w 0 for none
+layout(location = 3) out vec4 ownLight;
+#endif
 
 // From the eye to the vertex [grid units].
 vec3 fromEyeIn(uvec4 cell)

@@ -1,5 +1,6 @@
 #include "isofront/render/HandOver.h"
 
+#include <isofront/core/Assert.h>
 #include <isofront/surface/SurfaceCriterion.h>
 
 #include <glm/common.hpp>
@@ -120,6 +121,35 @@ core::Result<HandOver> HandOver::create(
     return handOver;
 }
 
+core::Result<HandOver> HandOver::createForSource(
+    const voxels::ChunkTree& tree, const voxels::Chunk* coarsest, const HandOverSettings& settings)
+{
+    auto made = create(tree, coarsest, voxelDomain(tree.lattice()), 1, settings);
+    if (!made)
+        return made;
+    made->_hasSource = true;
+    made->_source.assign(made->_grid.size(), SourceState::missing);
+    std::ranges::fill(made->_blocks, static_cast<std::uint8_t>(kVoxelsInFormer | kVoxelsInPresent));
+    made->_meshBlocks = 0;
+    made->sum();
+    return made;
+}
+
+void HandOver::setSource(std::span<const SourceState> states)
+{
+    ISOFRONT_ASSERT(states.size() == _source.size(), "a state for each block of a source");
+    _source.assign(states.begin(), states.end());
+}
+
+double HandOver::meshErrorOf(std::size_t block) const
+{
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    if (_hasSource && _source[block] != SourceState::nothing)
+        return _source[block] == SourceState::there ? 0 : kInfinite;
+    const double measured = double(_meshErrors[block]);
+    return measured >= 0 ? measured : _hasVoxels[block] ? kInfinite : 0;
+}
+
 void HandOver::apply(const surface::Delta& delta)
 {
     for (const surface::CellId& id : delta.removed)
@@ -195,7 +225,6 @@ bool HandOver::begin(const hierarchy::View& view, std::span<const VoxelDetail> d
 {
     if (!view.isValid())
         return false;
-    constexpr double kInfinite = std::numeric_limits<double>::infinity();
     const std::size_t size = _grid.size();
     _levels.assign(size, kAnyLevel);
     for (const VoxelDetail& detail : details) {
@@ -259,10 +288,9 @@ bool HandOver::begin(const hierarchy::View& view, std::span<const VoxelDetail> d
     _meshBlocks = 0;
     forEach([&](const glm::uvec3& block, std::size_t index) {
         const bool isOccupied = _hasVoxels[index];
-        const double measured = double(_meshErrors[index]);
-        const double meshError = measured >= 0 ? measured : isOccupied ? kInfinite : 0;
         const auto before = static_cast<std::uint8_t>(_blocks[index] & kVoxelsInPresent);
-        const std::uint8_t present = decided(voxelErrorOf(block, index), meshError, before);
+        const std::uint8_t present =
+            decided(voxelErrorOf(block, index), meshErrorOf(index), before);
         const auto both = static_cast<std::uint8_t>(present | (before != 0 ? kVoxelsInFormer : 0));
         hasChanged = hasChanged || both != _blocks[index];
         _blocks[index] = both;

@@ -1,5 +1,6 @@
 #include "isofront/render/HybridScene.h"
 
+#include "SourceStream.h"
 #include "isofront/render/TransitionClock.h"
 
 #include <glm/common.hpp>
@@ -20,6 +21,9 @@ using Clock = std::chrono::steady_clock;
 constexpr double kSurelyMeshes = 0.8;
 /// The reach of the surface follows what it should be when it is so many times off.
 constexpr double kReachStep = 1.05;
+/// Share of the renderer's pool that a source may have: the rest is for ranges that don't fit, and
+/// where things fade, for what is on its way out.
+constexpr double kSourceShare = 0.75;
 
 double millisecondsSince(Clock::time_point start)
 {
@@ -36,6 +40,7 @@ struct HybridScene::Parts {
     TransitionClock clock;
     std::unique_ptr<voxels::ChunkStreamer> streamer;
     std::optional<HandOver> handOver;
+    std::unique_ptr<SourceStream> source;
     std::vector<VoxelDetail> details; ///< of the last frame
     double coarsening = 1;            ///< of the last frame
     double reach = 0;
@@ -49,6 +54,8 @@ struct HybridScene::Parts {
 
     void setReach(const hierarchy::View& view);
     core::Result<UploadStats> apply(const surface::Delta& delta);
+    /// Brings what the view needs of the source.
+    core::Result<UploadStats> followSource(const hierarchy::View& view, HybridFrame& frame);
     /// Chooses, uploads and draws, after the meshes are up to date.
     core::Result<void> show(
         const hierarchy::View& view,
@@ -81,12 +88,23 @@ core::Result<HybridScene> HybridScene::create(
         .clock = TransitionClock(settings.transitionSeconds),
         .streamer = nullptr,
         .handOver = {},
+        .source = nullptr,
         .details = {},
         .lastVoxels = {}});
     const auto made = [&] {
         renderer.holdChanges(parts->clock.length() > 0);
         return HybridScene(std::move(parts));
     };
+    const bool hasSource = model && settings.source;
+    if (settings.source && (surface != nullptr || !model))
+        return core::failure(
+            core::ErrorCode::usage,
+            "a source is shown near voxels, in place of a surface: give one or the other");
+    if (hasSource && (renderer.domain().origin != voxelDomain(model->model().lattice).origin ||
+                      renderer.domain().edge != voxelDomain(model->model().lattice).edge))
+        return core::failure(
+            core::ErrorCode::usage,
+            "a voxel model's source needs a renderer of the model's own domain (voxelDomain)");
     if (!model)
         return made();
     const auto pool = renderer.chunkCacheBytes();
@@ -97,11 +115,11 @@ core::Result<HybridScene> HybridScene::create(
     if (surface != nullptr)
         streaming.voxelPixels =
             std::min(streaming.voxelPixels, settings.handOver.pixels / kVoxelError);
-    auto streamer = voxels::ChunkStreamer::create(model, streaming, std::move(jobs));
+    auto streamer = voxels::ChunkStreamer::create(model, streaming, jobs);
     if (!streamer)
         return tl::unexpected(streamer.error());
     parts->streamer = std::move(*streamer);
-    if (surface == nullptr)
+    if (surface == nullptr && !hasSource)
         return made();
     const voxels::ChunkTree& tree = parts->streamer->tree();
     std::optional<voxels::Chunk> coarsest;
@@ -113,11 +131,23 @@ core::Result<HybridScene> HybridScene::create(
     }
     HandOverSettings handOver = settings.handOver;
     handOver.meshPixels = settings.pixelError;
-    auto decider = HandOver::create(
-        tree, coarsest ? &*coarsest : nullptr, surface->domain(), settings.latticeSize, handOver);
+    if (hasSource)
+        handOver.pixels = kVoxelError * streaming.voxelPixels;
+    const voxels::Chunk* const root = coarsest ? &*coarsest : nullptr;
+    auto decider =
+        hasSource ? HandOver::createForSource(tree, root, handOver)
+                  : HandOver::create(tree, root, surface->domain(), settings.latticeSize, handOver);
     if (!decider)
         return tl::unexpected(decider.error());
     parts->handOver = std::move(*decider);
+    if (hasSource)
+        parts->source = std::make_unique<SourceStream>(
+            settings.source,
+            tree.lattice(),
+            parts->handOver->grid(),
+            std::move(jobs),
+            static_cast<std::uint64_t>(
+                kSourceShare * static_cast<double>(renderer.options().poolBytes)));
     return made();
 }
 
@@ -128,7 +158,7 @@ const HandOver* HybridScene::handOver() const
 
 void HybridScene::Parts::setReach(const hierarchy::View& view)
 {
-    if (!handOver || !view.isValid())
+    if (!handOver || surface == nullptr || !view.isValid())
         return;
     const double wanted = handOver->reach(view, coarsening);
     if (reach > 0 && wanted < reach * kReachStep && wanted * kReachStep > reach)
@@ -146,6 +176,30 @@ core::Result<UploadStats> HybridScene::Parts::apply(const surface::Delta& delta)
         handOver->apply(delta);
     waits = waits || !delta.isEmpty();
     return applied;
+}
+
+core::Result<UploadStats>
+HybridScene::Parts::followSource(const hierarchy::View& view, HybridFrame& frame)
+{
+    UploadStats stats;
+    const surface::Delta delta = source->update(view, *handOver, fadingBytes);
+    if (!delta.isEmpty()) {
+        const auto applied = renderer->apply(delta);
+        if (!applied && applied.error().code != core::ErrorCode::resourceLimit)
+            return applied;
+        if (applied)
+            stats = *applied;
+        else
+            source->refuse();
+        waits = waits || applied.has_value();
+    }
+    source->confirm();
+    handOver->setSource(source->states());
+    frame.sourceBytes = source->bytes();
+    frame.sourceHostBytes = source->hostBytes();
+    frame.sourceIsFull = source->isFull();
+    frame.sourceError = source->takeError();
+    return stats;
 }
 
 voxels::ChunkTurn
@@ -192,7 +246,7 @@ core::Result<void> HybridScene::Parts::show(
     if (begins) {
         renderer->beginTransition();
         waits = false;
-        hasChanged = handOver && hasVoxels && handOver->begin(view, details);
+        hasChanged = handOver && (hasVoxels || source) && handOver->begin(view, details);
         ownersChange = hasChanged;
     }
     if (handOver && weight >= 1)
@@ -286,6 +340,13 @@ HybridScene::frame(const hierarchy::View& view, const Scene& scene, double secon
         frame.meshes = *applied;
         isSettled = delta.isEmpty() && parts.surface->isSettled();
     }
+    if (parts.source) {
+        const auto followed = parts.followSource(view, frame);
+        if (!followed)
+            return tl::unexpected(followed.error());
+        frame.meshes = *followed;
+        isSettled = parts.source->isComplete() && !parts.waits;
+    }
     if (const auto shown = parts.show(view, scene, begins, weight, frame); !shown)
         return tl::unexpected(shown.error());
     frame.isComplete = frame.isComplete && isSettled;
@@ -335,13 +396,30 @@ core::Result<HybridFrame> HybridScene::settle(
     if (const auto settled = settleMeshes(); !settled)
         return tl::unexpected(settled.error());
     std::vector<core::Error> damaged;
+    std::optional<core::Error> sourceError;
     bool wasComplete = false;
     for (;;) {
         if (stop.stop_requested())
             return interrupted();
         HybridFrame frame;
+        while (parts.source) {
+            const auto followed = parts.followSource(view, frame);
+            if (!followed)
+                return tl::unexpected(followed.error());
+            if (frame.sourceError)
+                sourceError = frame.sourceError;
+            meshes.cellsAdded += followed->cellsAdded;
+            meshes.cellsRemoved += followed->cellsRemoved;
+            meshes.uploadedBytes += followed->uploadedBytes;
+            if (parts.source->isComplete() || !parts.source->isWorking() || stop.stop_requested())
+                break;
+            parts.source->wait();
+        }
         if (const auto shown = parts.show(view, scene, true, 1, frame); !shown)
             return tl::unexpected(shown.error());
+        const bool hasSource = !parts.source || parts.source->isComplete();
+        const bool areVoxelsThere = frame.isComplete;
+        frame.isComplete = frame.isComplete && hasSource;
         damaged.insert(damaged.end(), frame.damaged.begin(), frame.damaged.end());
         if (const auto done = parts.renderer->finish(); !done)
             return tl::unexpected(done.error());
@@ -350,12 +428,13 @@ core::Result<HybridFrame> HybridScene::settle(
             frame.meshes = meshes;
             frame.surfaceMilliseconds = surfaceMilliseconds;
             frame.damaged = std::move(damaged);
+            frame.sourceError = sourceError;
             // all of this is there at once: nothing of it is to fade afterwards
             parts.clock = TransitionClock(parts.settings.transitionSeconds);
             return frame;
         }
         wasComplete = frame.isComplete;
-        if (!frame.isComplete && parts.streamer)
+        if (!areVoxelsThere && parts.streamer)
             parts.streamer->waitForChunks();
         // Where the cache is too small for the voxels, meshes have to reach further.
         if (const auto settled = settleMeshes(); !settled)

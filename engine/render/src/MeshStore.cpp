@@ -14,6 +14,7 @@ namespace isofront::render {
 namespace {
 
 constexpr std::uint32_t kVertexBytes = sizeof(extractor::CellVertex);
+constexpr std::uint32_t kColourBytes = sizeof(std::uint32_t);
 constexpr std::uint32_t kIndicesAVertex = kVertexBytes / sizeof(std::uint16_t);
 
 /// Room that a mesh takes, indices included [vertices].
@@ -35,6 +36,10 @@ core::Result<void> checkMesh(const extractor::CellMesh& mesh)
     if (mesh.indices.size() % 3 != 0)
         return bad("has an incomplete triangle");
     const auto largest = std::max_element(mesh.indices.begin(), mesh.indices.end());
+    if (!mesh.attributes.empty() && mesh.attributes.size() != mesh.vertices.size())
+        return bad(
+            "has " + std::to_string(mesh.attributes.size()) + " attributes for " +
+            std::to_string(mesh.vertices.size()) + " vertices");
     if (largest != mesh.indices.end() && *largest >= mesh.vertices.size())
         return bad(
             "names vertex " + std::to_string(*largest) + " of " +
@@ -119,8 +124,20 @@ core::Result<MeshStore> MeshStore::create(gpu::Device& device, const RendererOpt
         kind);
     if (!buffer)
         return tl::unexpected(buffer.error());
-    return MeshStore(
+    MeshStore store(
         device, std::move(*buffer), gpu::SlabPool(static_cast<std::uint32_t>(slabs), slabUnits));
+    if (!options.meshColours)
+        return store;
+    core::Result<gpu::Buffer> colours = gpu::Buffer::create(
+        device,
+        slabs * slabUnits * kColourBytes,
+        VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT |
+            VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+        kind);
+    if (!colours)
+        return tl::unexpected(colours.error());
+    store._colours = std::move(*colours);
+    return store;
 }
 
 core::Result<void> MeshStore::check(const surface::Delta& delta) const
@@ -239,6 +256,36 @@ core::Result<std::uint64_t> MeshStore::upload(const surface::Delta& delta, const
         copyInto(batch->place(offset, bytesOf(mesh)), mesh);
     }
     if (core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
+        return tl::unexpected(submitted.error());
+    if (!_colours)
+        return bytes;
+    const core::Result<std::uint64_t> coloured = uploadColours(delta, room);
+    if (!coloured)
+        return coloured;
+    return bytes + *coloured;
+}
+
+/// Meshes without colours get the word that says so.
+core::Result<std::uint64_t> MeshStore::uploadColours(const surface::Delta& delta, const Room& room)
+{
+    std::uint64_t bytes = 0;
+    for (const surface::ShownCell& cell : delta.added)
+        bytes += cell.mesh()->vertices.size() * kColourBytes;
+    core::Result<UploadBatch> batch = _uploads.open(*_colours, bytes);
+    if (!batch)
+        return tl::unexpected(batch.error());
+    for (std::size_t i = 0; i < delta.added.size(); ++i) {
+        const extractor::CellMesh& mesh = *delta.added[i].mesh();
+        if (mesh.indices.empty())
+            continue;
+        const std::span<std::byte> place = batch->place(
+            VkDeviceSize{room.ranges[i].first} * kColourBytes, mesh.vertices.size() * kColourBytes);
+        if (mesh.attributes.empty())
+            std::ranges::fill(place, std::byte{0});
+        else
+            std::memcpy(place.data(), mesh.attributes.data(), place.size());
+    }
+    if (core::Result<void> submitted = _uploads.submit(*_colours, *batch); !submitted)
         return tl::unexpected(submitted.error());
     return bytes;
 }
@@ -411,6 +458,18 @@ core::Result<std::uint64_t> MeshStore::moveOutOfSparseSlab()
         return 0;
     if (core::Result<void> submitted = _uploads.submit(_buffer, *batch); !submitted)
         return tl::unexpected(submitted.error());
+    if (_colours) {
+        core::Result<UploadBatch> colours = _uploads.open(*_colours, 0);
+        if (!colours)
+            return tl::unexpected(colours.error());
+        for (const auto& [cell, to] : moves)
+            colours->move(
+                VkDeviceSize{cell->range.first} * kColourBytes,
+                VkDeviceSize{to.first} * kColourBytes,
+                VkDeviceSize{to.count} * kColourBytes);
+        if (core::Result<void> moved = _uploads.submit(*_colours, *colours); !moved)
+            return tl::unexpected(moved.error());
+    }
     _pool = std::move(trial);
     for (const auto& [cell, to] : moves) {
         retire(cell->range);

@@ -59,6 +59,8 @@ public:
     [[nodiscard]] std::span<const StoredCell> cells() const { return _cells; }
     /// Vertices and indices, both from its start.
     [[nodiscard]] const gpu::Buffer& buffer() const { return _buffer; }
+    /// A colour for each place of a vertex; null if meshes have none.
+    [[nodiscard]] const gpu::Buffer* colours() const { return _colours ? &*_colours : nullptr; }
     [[nodiscard]] std::size_t wanted() const { return _index.size(); } ///< cells after all deltas
     /// Cells that are part of any of these.
     [[nodiscard]] std::size_t countIn(std::uint32_t pictures) const;
@@ -80,6 +82,7 @@ private:
     void giveBack(Room room);
     std::optional<Ranges> allocate(const surface::Delta& delta);
     core::Result<std::uint64_t> upload(const surface::Delta& delta, const Room& room);
+    core::Result<std::uint64_t> uploadColours(const surface::Delta& delta, const Room& room);
     core::Result<void> recycle();
     void retire(gpu::SlabPool::Range range);
     void takeAway(const surface::CellId& id, std::uint32_t keepers, bool retires);
@@ -95,6 +98,7 @@ private:
 
     gpu::Device* _device;
     gpu::Buffer _buffer;
+    std::optional<gpu::Buffer> _colours;
     gpu::SlabPool _pool;
     Uploads _uploads;
     std::vector<StoredCell> _cells;

@@ -4,6 +4,10 @@
 #include <isofront/gpu/Barriers.h>
 #include <isofront/shaders/antialiasFrag.h>
 #include <isofront/shaders/fullscreenVert.h>
+#include <isofront/shaders/meshColouredFrag.h>
+#include <isofront/shaders/meshColouredVert.h>
+#include <isofront/shaders/meshFadingColouredFrag.h>
+#include <isofront/shaders/meshFadingColouredVert.h>
 #include <isofront/shaders/meshFadingFrag.h>
 #include <isofront/shaders/meshFadingVert.h>
 #include <isofront/shaders/meshFrag.h>
@@ -17,6 +21,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 namespace isofront::render {
 
@@ -25,12 +30,15 @@ namespace {
 using extractor::CellVertex;
 static_assert(offsetof(CellVertex, flags) == 6, "flags follow the position in one attribute");
 
-constexpr VkVertexInputBindingDescription kVertexBinding{
-    0, sizeof(CellVertex), VK_VERTEX_INPUT_RATE_VERTEX};
+/// Vertices, and their colours if there are some.
+constexpr std::array kVertexBindings{
+    VkVertexInputBindingDescription{0, sizeof(CellVertex), VK_VERTEX_INPUT_RATE_VERTEX},
+    VkVertexInputBindingDescription{1, sizeof(std::uint32_t), VK_VERTEX_INPUT_RATE_VERTEX}};
 constexpr std::array kVertexAttributes{
     VkVertexInputAttributeDescription{
         0, 0, VK_FORMAT_R16G16B16A16_UINT, offsetof(CellVertex, position)},
-    VkVertexInputAttributeDescription{1, 0, VK_FORMAT_R16G16_SNORM, offsetof(CellVertex, normal)}};
+    VkVertexInputAttributeDescription{1, 0, VK_FORMAT_R16G16_SNORM, offsetof(CellVertex, normal)},
+    VkVertexInputAttributeDescription{2, 1, VK_FORMAT_R8G8B8A8_UNORM, 0}};
 
 void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDraw& draw)
 {
@@ -38,14 +46,18 @@ void drawMesh(VkCommandBuffer commands, VkExtent2D extent, const Passes::MeshDra
     const VkBuffer vertices = draw.meshes->get();
     constexpr VkDeviceSize kStart = 0;
     vkCmdBindVertexBuffers(commands, 0, 1, &vertices, &kStart);
+    if (draw.colours != nullptr) {
+        const VkBuffer colours = draw.colours->get();
+        vkCmdBindVertexBuffers(commands, 1, 1, &colours, &kStart);
+    }
     vkCmdBindIndexBuffer(commands, vertices, kStart, VK_INDEX_TYPE_UINT16);
     draw.issue(commands);
 }
 
 } // namespace
 
-core::Result<Passes>
-Passes::create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits samples)
+core::Result<Passes> Passes::create(
+    gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits samples, bool coloured)
 {
     // The first thing that fails is what is reported; what comes after it is not tried.
     std::optional<core::Error> error;
@@ -77,27 +89,35 @@ Passes::create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits s
     take(passes._shade, [&] { return makeStage(device, kShadeBindings, slots); });
     take(passes._antialias, [&] { return makeStage(device, kAntialiasBindings, slots); });
 
-    const auto meshPipeline = [&](std::span<const std::uint32_t> vertex,
-                                  std::span<const std::uint32_t> fragment) {
+    using Code = std::span<const std::uint32_t>;
+    constexpr std::array kSurfaceFormats{kSurfaceFormat, kColourFormat};
+    const std::size_t streams = coloured ? 2 : 1;
+    const auto meshPipeline = [&](Code vertex, Code fragment) {
         return gpu::makePipeline(
             device,
             {.vertexShader = vertex,
              .fragmentShader = fragment,
              .layout = passes._mesh.layout.get(),
-             .vertexBindings = {&kVertexBinding, 1},
-             .vertexAttributes = kVertexAttributes,
-             .colourFormats = {&kSurfaceFormat, 1},
+             .vertexBindings = {kVertexBindings.data(), streams},
+             .vertexAttributes = {kVertexAttributes.data(), 1 + streams},
+             .colourFormats = {kSurfaceFormats.data(), streams},
              .depthFormat = kDepthFormat,
              .samples = samples});
     };
-    take(passes._meshPipeline, [&] { return meshPipeline(meshVert, meshFrag); });
-    take(passes._fadingPipeline, [&] { return meshPipeline(meshFadingVert, meshFadingFrag); });
+    take(passes._meshPipeline, [&] {
+        return coloured ? meshPipeline(meshColouredVert, meshColouredFrag)
+                        : meshPipeline(meshVert, meshFrag);
+    });
+    take(passes._fadingPipeline, [&] {
+        return coloured ? meshPipeline(meshFadingColouredVert, meshFadingColouredFrag)
+                        : meshPipeline(meshFadingVert, meshFadingFrag);
+    });
     take(passes._shadowPipeline, [&] {
         return gpu::makePipeline(
             device,
             {.vertexShader = shadowVert,
              .layout = passes._mesh.layout.get(),
-             .vertexBindings = {&kVertexBinding, 1},
+             .vertexBindings = {kVertexBindings.data(), 1},
              .vertexAttributes = {kVertexAttributes.data(), 1},
              .depthFormat = kDepthFormat});
     });
@@ -110,8 +130,7 @@ Passes::create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits s
              .colourFormats = {&kPictureFormat, 1}});
     };
     const bool many = samples != VK_SAMPLE_COUNT_1_BIT;
-    const auto lookPipeline = [&](std::span<const std::uint32_t> one,
-                                  std::span<const std::uint32_t> several) {
+    const auto lookPipeline = [&](Code one, Code several) {
         return screenPipeline(passes._shade, many ? several : one);
     };
     take(passes._terrainPipeline, [&] { return lookPipeline(terrainFrag, terrainSamplesFrag); });
@@ -195,14 +214,27 @@ void Passes::drawMeshes(
     VkRenderingAttachmentInfo depth = attachment(
         targets.depth, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_CLEAR);
     depth.clearValue.depthStencil = {0.0F, 0};
-    const VkRenderingAttachmentInfo surface = attachment(
-        targets.surface, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_DONT_CARE);
+    std::vector<VkRenderingAttachmentInfo> outputs{attachment(
+        targets.surface,
+        VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+        VK_ATTACHMENT_LOAD_OP_DONT_CARE)};
+    if (draw.colours != nullptr) {
+        gpu::imageBarrier(
+            commands,
+            targets.colours,
+            gpu::use::kSampledInFragment.discarded(),
+            gpu::use::kColourWrite);
+        outputs.push_back(attachment(
+            targets.colours,
+            VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+            VK_ATTACHMENT_LOAD_OP_DONT_CARE));
+    }
     const VkRenderingInfo info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
         .renderArea = {.extent = targets.extent()},
         .layerCount = 1,
-        .colorAttachmentCount = 1,
-        .pColorAttachments = &surface,
+        .colorAttachmentCount = static_cast<std::uint32_t>(outputs.size()),
+        .pColorAttachments = outputs.data(),
         .pDepthAttachment = &depth};
     vkCmdBeginRendering(commands, &info);
     bindStage(commands, _meshPipeline, _mesh, slot);
@@ -236,8 +268,16 @@ void Passes::fillScreen(
 }
 
 void Passes::shade(
-    VkCommandBuffer commands, std::size_t slot, const Targets& targets, Look look, bool last) const
+    VkCommandBuffer commands,
+    std::size_t slot,
+    const Targets& targets,
+    Look look,
+    bool last,
+    bool hasColours) const
 {
+    if (hasColours)
+        gpu::imageBarrier(
+            commands, targets.colours, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
     gpu::imageBarrier(commands, targets.depth, gpu::use::kDepthWrite, gpu::use::kSampledInFragment);
     gpu::imageBarrier(
         commands, targets.surface, gpu::use::kColourWrite, gpu::use::kSampledInFragment);

@@ -22,8 +22,9 @@ class Passes {
 public:
     /// @param slots  how many frames may be in flight; each has its descriptor sets
     /// @param samples  of the targets
+    /// @param coloured  whether meshes have colours: RendererOptions::meshColours
     static core::Result<Passes>
-    create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits samples);
+    create(gpu::Device& device, std::uint32_t slots, VkSampleCountFlagBits samples, bool coloured);
 
     /// Points the descriptor sets of a slot, which the GPU must be done with, to its things.
     /// @param colours  of what has a colour of its own; any image if nothing in the frame has
@@ -39,6 +40,8 @@ public:
     /// What a pass over the mesh needs to know.
     struct MeshDraw {
         const gpu::Buffer* meshes = nullptr; ///< vertices and indices
+        /// Four bytes for each vertex of `meshes`; null if meshes have no colours.
+        const gpu::Buffer* colours = nullptr;
         VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;
         VkFrontFace front = VK_FRONT_FACE_COUNTER_CLOCKWISE;
         std::function<void(VkCommandBuffer)> issue; ///< records the draws
@@ -62,9 +65,14 @@ public:
         const Targets& targets,
         const MeshDraw& draw) const;
     /// @param last  true if nothing comes after: it then writes the finished picture
-    void
-    shade(VkCommandBuffer commands, std::size_t slot, const Targets& targets, Look look, bool last)
-        const;
+    /// @param hasColours  whether a pass has written the targets' colours
+    void shade(
+        VkCommandBuffer commands,
+        std::size_t slot,
+        const Targets& targets,
+        Look look,
+        bool last,
+        bool hasColours) const;
     void antialias(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
     /// Makes the finished picture ready to be copied.
     static void finish(VkCommandBuffer commands, const Targets& targets);

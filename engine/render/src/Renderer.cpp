@@ -83,8 +83,8 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT);
     if (!shadowMap)
         return tl::unexpected(shadowMap.error());
-    core::Result<Passes> passes =
-        Passes::create(device, static_cast<std::uint32_t>(options.framesInFlight), samples);
+    core::Result<Passes> passes = Passes::create(
+        device, static_cast<std::uint32_t>(options.framesInFlight), samples, options.meshColours);
     if (!passes)
         return tl::unexpected(passes.error());
     core::Result<gpu::Commands> copying = gpu::Commands::create(device);
@@ -150,6 +150,16 @@ std::size_t Renderer::cellCount() const
     return _parts->store.wanted();
 }
 
+const hierarchy::Domain& Renderer::domain() const
+{
+    return _parts->domain;
+}
+
+const RendererOptions& Renderer::options() const
+{
+    return _parts->options;
+}
+
 double Renderer::defaultNearPlane() const
 {
     return render::defaultNearPlane(_parts->domain);
@@ -193,7 +203,12 @@ core::Result<void> Renderer::Parts::record(
         frameData(domain, view, scene, shadowBox, shadowTexels, options.samples, handOver);
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
     // Where nothing has a colour of its own, nobody looks.
-    const gpu::Image& colours = withVoxels ? voxels->pass.colours() : targets.surface;
+    const bool hasColours = withVoxels || options.meshColours;
+    if (hasColours) {
+        if (core::Result<void> made = targets.needColours(*device); !made)
+            return made;
+    }
+    const gpu::Image& colours = hasColours ? targets.colours : targets.surface;
     passes.bind(index, slot.frame, slot.cells, slot.owners, targets, colours, shadowMap);
 
     const VkCommandBuffer commands = slot.commands.get();
@@ -207,6 +222,7 @@ core::Result<void> Renderer::Parts::record(
     const bool twoSided = scene.twoSided.value_or(scene.look == Look::studio);
     Passes::MeshDraw draw{
         .meshes = &store.buffer(),
+        .colours = store.colours(),
         .cull = VK_CULL_MODE_BACK_BIT,
         .front = domain.worldFromField.mirrors() ? VK_FRONT_FACE_CLOCKWISE
                                                  : VK_FRONT_FACE_COUNTER_CLOCKWISE,
@@ -231,11 +247,11 @@ core::Result<void> Renderer::Parts::record(
     passes.drawMeshes(commands, index, targets, draw);
     pass("mesh");
     if (withVoxels) {
-        voxels->pass.record(commands, index, targets);
+        voxels->pass.record(commands, index, targets, options.meshColours);
         pass("voxels");
     }
     const bool softens = scene.antialias && options.samples == 1;
-    passes.shade(commands, index, targets, scene.look, !softens);
+    passes.shade(commands, index, targets, scene.look, !softens, hasColours);
     pass("shade");
     if (softens) {
         passes.antialias(commands, index, targets);

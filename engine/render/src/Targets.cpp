@@ -1,5 +1,7 @@
 #include "Targets.h"
 
+#include <utility>
+
 namespace isofront::render {
 
 core::Result<Targets> Targets::create(
@@ -34,7 +36,25 @@ core::Result<Targets> Targets::create(
             return tl::unexpected(image.error());
         targets.*wanted.image = std::move(*image);
     }
+    targets._samples = samples;
     return targets;
+}
+
+core::Result<void> Targets::needColours(gpu::Device& device)
+{
+    if (colours.get() != VK_NULL_HANDLE)
+        return {};
+    core::Result<gpu::Image> image = gpu::Image::create(
+        device,
+        extent().width,
+        extent().height,
+        kColourFormat,
+        VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT,
+        _samples);
+    if (!image)
+        return tl::unexpected(image.error());
+    colours = std::move(*image);
+    return {};
 }
 
 } // namespace isofront::render

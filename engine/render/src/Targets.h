@@ -19,6 +19,10 @@ struct Targets {
     gpu::Image surface; ///< normal [world] and kind of surface, as mesh.frag.glsl writes them
     gpu::Image shaded;  ///< sRGB, before stair steps are softened
     gpu::Image picture; ///< sRGB, finished
+    gpu::Image colours; ///< sRGB, of what has a colour of its own; made when something has
+
+    /// Makes `colours`, if they aren't there.
+    core::Result<void> needColours(gpu::Device& device);
 
     static core::Result<Targets> create(
         gpu::Device& device,
@@ -26,6 +30,9 @@ struct Targets {
         std::uint32_t height,
         VkSampleCountFlagBits samples);
     [[nodiscard]] VkExtent2D extent() const { return picture.extent(); }
+
+private:
+    VkSampleCountFlagBits _samples = VK_SAMPLE_COUNT_1_BIT;
 };
 
 } // namespace isofront::render

@@ -232,10 +232,6 @@ core::Result<void> VoxelPass::resize(VkExtent2D extent)
         _samples);
     if (!names)
         return tl::unexpected(names.error());
-    core::Result<gpu::Image> colours =
-        gpu::Image::create(*_device, extent.width, extent.height, kColourFormat, kUsage, _samples);
-    if (!colours)
-        return tl::unexpected(colours.error());
     core::Result<gpu::Buffer> splats = gpu::Buffer::create(
         *_device,
         splatsInto(extent) ? splatBytes(extent, _samples) : kSplatBytes,
@@ -244,7 +240,6 @@ core::Result<void> VoxelPass::resize(VkExtent2D extent)
     if (!splats)
         return tl::unexpected(splats.error());
     _names = std::move(*names);
-    _colours = std::move(*colours);
     _splats = std::move(*splats);
     return {};
 }
@@ -412,17 +407,25 @@ void VoxelPass::drawBoxes(VkCommandBuffer commands, std::size_t slot, const Targ
 }
 
 void VoxelPass::drawSurface(
-    VkCommandBuffer commands, std::size_t slot, const Targets& targets) const
+    VkCommandBuffer commands, std::size_t slot, const Targets& targets, bool keepsColours) const
 {
     gpu::imageBarrier(commands, _names, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
     gpu::imageBarrier(commands, targets.surface, gpu::use::kColourWrite, kColourChange);
-    gpu::imageBarrier(
-        commands, _colours, gpu::use::kSampledInFragment.discarded(), gpu::use::kColourWrite);
+    if (keepsColours)
+        gpu::imageBarrier(commands, targets.colours, gpu::use::kColourWrite, kColourChange);
+    else
+        gpu::imageBarrier(
+            commands,
+            targets.colours,
+            gpu::use::kSampledInFragment.discarded(),
+            gpu::use::kColourWrite);
     const std::array outputs{
         attachment(
             targets.surface, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_LOAD),
         attachment(
-            _colours, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_ATTACHMENT_LOAD_OP_DONT_CARE)};
+            targets.colours,
+            VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+            keepsColours ? VK_ATTACHMENT_LOAD_OP_LOAD : VK_ATTACHMENT_LOAD_OP_DONT_CARE)};
     const VkRenderingInfo info{
         .sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
         .renderArea = {.extent = targets.extent()},
@@ -433,7 +436,6 @@ void VoxelPass::drawSurface(
     bindStage(commands, _surfacePipeline, _stage, slot);
     coverPicture(commands, targets.extent());
     vkCmdEndRendering(commands);
-    gpu::imageBarrier(commands, _colours, gpu::use::kColourWrite, gpu::use::kSampledInFragment);
 }
 
 void VoxelPass::drawShadows(VkCommandBuffer commands, std::size_t slot, VkExtent2D map) const
@@ -447,7 +449,8 @@ void VoxelPass::drawShadows(VkCommandBuffer commands, std::size_t slot, VkExtent
     issueDraws(*_device, commands, mine.shadows, 0, mine.frame.shadows.size(), _indirect);
 }
 
-void VoxelPass::record(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const
+void VoxelPass::record(
+    VkCommandBuffer commands, std::size_t slot, const Targets& targets, bool keepsColours) const
 {
     const Slot& mine = _slots[slot];
     vkCmdFillBuffer(commands, mine.visible.get(), 0, VK_WHOLE_SIZE, 0);
@@ -460,7 +463,7 @@ void VoxelPass::record(VkCommandBuffer commands, std::size_t slot, const Targets
     gpu::imageBarrier(commands, _names, kReadBefore, gpu::use::kColourWrite);
     drawNames(commands, slot, targets);
     drawBoxes(commands, slot, targets);
-    drawSurface(commands, slot, targets);
+    drawSurface(commands, slot, targets, keepsColours);
     if (mine.frame.findsPattern)
         _pattern->record(commands, slot, _names, targets.depth);
 

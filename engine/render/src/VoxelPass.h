@@ -46,9 +46,11 @@ public:
     /// Draws what casts shadows into the sun's map, in the pass that is under way.
     void drawShadows(VkCommandBuffer commands, std::size_t slot, VkExtent2D map) const;
     /// Draws what the slot was readied for. The mesh pass is done, shading comes next.
-    void record(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
-    /// Colours of voxels that have some, for the shading pass.
-    [[nodiscard]] const gpu::Image& colours() const { return _colours; }
+    /// @param targets  with colours
+    /// @param keepsColours  whether the mesh pass has written some
+    void
+    record(VkCommandBuffer commands, std::size_t slot, const Targets& targets, bool keepsColours)
+        const;
     /// The name of the voxel in each sample.
     [[nodiscard]] const gpu::Image& names() const { return _names; }
     /// What the slot was last readied for.
@@ -78,7 +80,11 @@ private:
     void splat(VkCommandBuffer commands, std::size_t slot) const;
     void drawNames(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
     void drawBoxes(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
-    void drawSurface(VkCommandBuffer commands, std::size_t slot, const Targets& targets) const;
+    void drawSurface(
+        VkCommandBuffer commands,
+        std::size_t slot,
+        const Targets& targets,
+        bool keepsColours) const;
 
     gpu::Device* _device = nullptr;
     bool _indirect = true;
@@ -89,7 +95,7 @@ private:
         _surfacePipeline, _shadowPipeline;
     gpu::Buffer _indices; ///< of kVoxelsInDraw voxels' faces
     gpu::Buffer _splats;  ///< depth and name of each sample
-    gpu::Image _names, _colours;
+    gpu::Image _names;
     std::vector<Slot> _slots;
     std::optional<PatternPass> _pattern; ///< made when it is first asked for
 };

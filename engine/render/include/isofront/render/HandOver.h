@@ -67,6 +67,16 @@ struct Owners {
     std::uint8_t meshes = 0; ///< and those in which a part is the meshes'
 };
 
+/// What there is of a block's source, the triangles that the voxels were made from.
+enum class SourceState : std::uint8_t {
+    missing, ///< it isn't there, or nobody knows yet
+    there,   ///< it can be shown
+    nothing, ///< none of it lies in the block
+};
+
+/// The domain that a renderer of a voxel model's source has: its grid contains that of the source.
+hierarchy::Domain voxelDomain(const voxels::VoxelLattice& lattice);
+
 /// What stands for a part of a voxel model, or would, if nothing else were shown there.
 struct VoxelDetail {
     voxels::ChunkKey part;   ///< the place of this chunk
@@ -98,8 +108,17 @@ public:
         int latticeSize,
         const HandOverSettings& settings);
 
+    /// The same where meshes are the source of the voxels, which is exact: it gets a block where
+    /// voxels are too coarse, once it is there. Until then voxels have everything.
+    static core::Result<HandOver> createForSource(
+        const voxels::ChunkTree& tree,
+        const voxels::Chunk* coarsest,
+        const HandOverSettings& settings);
+
     /// Follows the surface's meshes: every delta, in order.
     void apply(const surface::Delta& delta);
+    /// What of the source is there, for the next decision: as many as there are blocks.
+    void setSource(std::span<const SourceState> states);
     /// Forgets all meshes.
     void clearMeshes();
 
@@ -143,6 +162,8 @@ private:
 
     HandOver() = default;
     void measureMeshes(const hierarchy::View& view);
+    /// Of the meshes in a block, as `begin` has measured them [px].
+    [[nodiscard]] double meshErrorOf(std::size_t block) const;
     void sum();
     [[nodiscard]] std::uint8_t
     decided(double voxelError, double meshError, std::uint8_t before) const;
@@ -158,6 +179,8 @@ private:
     std::unordered_map<surface::CellId, Cell, surface::CellIdHash> _cells;
     std::vector<std::uint8_t> _blocks;
     std::array<Sums, 2> _sums; ///< of the former and of the present picture
+    bool _hasSource = false;   ///< meshes are the voxels' source
+    std::vector<SourceState> _source;
     // scratch of `begin`
     std::vector<std::uint8_t> _levels; ///< that stand for each block; kAnyLevel if nobody said
     std::vector<float> _meshErrors;    ///< [px]; below 0 where there is no cell

@@ -13,10 +13,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
 namespace isofront::render {
+
+/// Reads the mesh that a voxel model was made from; from any thread, once at most.
+using SourceReader = std::function<core::Result<voxels::TriangleModel>()>;
 
 struct HybridSettings {
     /// HandOverSettings::meshPixels is taken from `pixelError`.
@@ -33,6 +37,11 @@ struct HybridSettings {
     /// needs them to be.
     voxels::StreamingSettings streaming = {};
     VoxelWay way = VoxelWay::automatic;
+    /// For voxels without a surface: their source is shown where the finest of them are larger than
+    /// `streaming.voxelPixels`. Empty for none. The renderer must be of `voxelDomain`, and show the
+    /// colours of meshes if they are to be seen (RendererOptions::meshColours). It is read when it
+    /// is needed for the first time. `handOver.pixels` is taken from the voxels' bound.
+    SourceReader source = {};
 };
 
 /// What one frame did.
@@ -50,13 +59,18 @@ struct HybridFrame {
     /// What the nearest voxels may cover, as far as the cache lets them be so small [px]; 0 without
     /// voxels.
     double voxelPixels = 0;
-    float transition = 1;                 ///< weight of the present picture
-    std::vector<core::Error> damaged;     ///< chunks found so in this frame
+    float transition = 1;                   ///< weight of the present picture
+    std::uint64_t sourceBytes = 0;          ///< of the voxels' source on the device
+    std::uint64_t sourceHostBytes = 0;      ///< and on the host, nearly
+    bool sourceIsFull = false;              ///< not all that the view needs of it has room
+    std::optional<core::Error> sourceError; ///< why there is none; in one frame
+    std::vector<core::Error> damaged;       ///< chunks found so in this frame
     /// With the same view the next frame looks the same.
     bool isComplete = false;
 };
 
 /// A surface, near as extracted meshes and far as surface voxels of the same field, in one picture.
+/// Or a voxel model alone, near as the triangles that it was made from.
 ///
 /// It leads what takes part in a frame: the clock of all transitions, the surface and its deltas,
 /// the hand-over, the streamer of chunks, the renderer. Either the surface or the voxels may be
@@ -70,7 +84,9 @@ public:
     /// @param model     voxels of the same field in the same place; null for meshes alone
     /// @param jobs      where chunks are loaded; not null
     /// The renderer holds changes from then on, if transitions take time: Renderer::holdChanges.
-    /// @return what HandOver::create, ChunkStreamer::create and Renderer::chunkCacheBytes say
+    /// @return what HandOver::create, ChunkStreamer::create and Renderer::chunkCacheBytes say;
+    /// usage
+    ///         for a source beside a surface, or a renderer of another domain than it needs
     static core::Result<HybridScene> create(
         Renderer& renderer,
         surface::Surface* surface,

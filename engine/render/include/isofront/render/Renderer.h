@@ -42,6 +42,10 @@ struct RendererOptions {
     /// All memory for voxels [bytes], at least a mebibyte; taken at once when the first chunks are
     /// added. No more than shaders can see in one buffer, which is 128 MiB with some drivers.
     std::uint64_t voxelPoolBytes = 128ULL << 20U;
+    /// Whether the attributes of meshes (extractor::CellMesh) are colours that they are shown with:
+    /// 8-bit sRGB red, green, blue and opacity, red lowest; with an opacity of 0, none. Costs four
+    /// bytes for each twelve of the pool.
+    bool meshColours = false;
     /// Uploads through staging buffers even where the GPU's memory could be written directly.
     bool forceStaging = false;
     /// Issues draws one by one even where one indirect call could do it.
@@ -190,6 +194,8 @@ public:
     /// Waits for the last picture. @return its pattern node; none if it wasn't asked for
     ///         (VoxelScene::findsPattern), or no voxel is seen
     core::Result<std::optional<ShownPattern>> readPattern();
+    [[nodiscard]] const hierarchy::Domain& domain() const;
+    [[nodiscard]] const RendererOptions& options() const;
     /// The near plane of a scene that doesn't name one [world].
     [[nodiscard]] double defaultNearPlane() const;
 
