@@ -3,7 +3,7 @@
 #include "Arguments.h"
 #include "FieldVoxels.h"
 
-#include <glm/common.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -23,6 +23,12 @@ using Store = std::shared_ptr<const voxels::ChunkStore>;
 constexpr std::uint32_t kMostInMemory = 8192;
 const std::string kOption = "--far-voxels ";
 
+/// With all its digits.
+std::string exact(double number)
+{
+    return nlohmann::json(number).dump();
+}
+
 /// Takes away what the meshes don't have.
 class WithoutColours final : public voxels::ChunkSink {
 public:
@@ -40,30 +46,50 @@ private:
     voxels::ChunkSink& _sink;
 };
 
+/// Whether a model is of the surface that is to be shown. If not, the error says what both are.
+core::Result<void>
+checkField(const voxels::StoredModel& model, const Source& source, const FarFieldSurface& surface)
+{
+    const auto fail = [&](const std::string& what, const std::string& instead) {
+        return core::failure(
+            ErrorCode::usage, "its voxels are " + what + ", and what is shown is " + instead);
+    };
+    if (!model.field)
+        return fail(
+            "of " + model.name +
+                (model.source ? ", a mesh" : ", without a word of isovalue and filter"),
+            source.identity + "; voxelise that");
+    const voxels::ModelField& field = *model.field;
+    if (field.source != source.identity)
+        return fail("of " + field.source, "of " + source.identity + "; voxelise that");
+    if (field.isovalue != surface.isovalue)
+        return fail(
+            "of isovalue " + exact(field.isovalue),
+            "of isovalue " + exact(surface.isovalue) + "; give both the same --isovalue");
+    if (field.filter != surface.filter)
+        return fail(
+            "filtered by " + exact(field.filter),
+            "filtered by " + exact(surface.filter) + "; give both the same --filter");
+    if (field.closed != surface.closed)
+        return fail(
+            field.closed ? "closed at the border" : "open at the border",
+            std::string(surface.closed ? "closed" : "open") + "; give both --closed, or neither");
+    if (field.checksum != checksumOf(source))
+        return fail(
+            "of another " + source.identity,
+            "of the one that is there now, or read with other options; voxelise it again");
+    return {};
+}
+
 core::Result<Store>
-openModel(const std::filesystem::path& path, const Source& source, Progress& progress)
+openModel(const std::filesystem::path& path, const Source& source, const FarFieldSurface& surface)
 {
     auto opened = voxels::openAnyStore(path);
     if (!opened)
         return tl::unexpected(opened.error().within("--far-voxels"));
-    const Store store = std::move(*opened);
-    const auto box = voxels::worldBox(*store);
-    if (!box)
-        return tl::unexpected(box.error());
-    const bool isElsewhere =
-        !box->isEmpty() && (glm::any(glm::lessThan(box->high, source.worldBox.low)) ||
-                            glm::any(glm::greaterThan(box->low, source.worldBox.high)));
-    if (isElsewhere)
-        return core::failure(
-            ErrorCode::usage,
-            kOption + path.string() + ": its voxels lie where " + source.name +
-                " has nothing; voxelise that source");
-    const std::string name =
-        source.isProcedural ? source.name : std::filesystem::path(source.name).filename().string();
-    if (store->model().name != name)
-        progress.say(
-            "note: " + path.string() + " was made of " + store->model().name + ", not of " + name);
-    return store;
+    if (const auto checked = checkField((*opened)->model(), source, surface); !checked)
+        return tl::unexpected(checked.error().within(kOption + path.string()));
+    return Store(std::move(*opened));
 }
 
 core::Result<Store> voxelised(
@@ -178,7 +204,7 @@ core::Result<Store> openFarField(
 {
     auto opened = request.resolution > 0
                       ? voxelised(request.resolution, source, surface, jobs, progress, stop)
-                      : openModel(request.model, source, progress);
+                      : openModel(request.model, source, surface);
     if (!opened)
         return opened;
     const voxels::StoredModel& model = (*opened)->model();

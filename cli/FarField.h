@@ -52,7 +52,8 @@ struct FarFieldSurface {
 
 /// The voxels that stand for a source in the distance: a stored model of it, or made now and kept
 /// in memory, without colours, as the meshes beside them have none.
-/// @return usage for a model that lies elsewhere; what opening a model and voxelising a field say;
+/// @return usage for a model of another source, isovalue or filter; what opening a model and
+/// voxelising a field say;
 ///         interrupted
 core::Result<std::shared_ptr<const voxels::ChunkStore>> openFarField(
     const FarFieldRequest& request,

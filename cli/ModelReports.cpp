@@ -53,6 +53,12 @@ Json modelJson(const voxels::StoredModel& model)
     json["separability"] = model.separability == voxels::Separability::six ? "six" : "conservative";
     if (model.source)
         json["source"] = {{"path", model.source->path}, {"bytes", model.source->bytes}};
+    if (model.field)
+        json["field"] = {
+            {"source", model.field->source},
+            {"isovalue", model.field->isovalue},
+            {"filter", model.field->filter},
+            {"closed", model.field->closed}};
     return json;
 }
 

@@ -11,6 +11,7 @@
 
 namespace isofront::cli {
 
+using sources::checksumOf;
 using sources::levelForStep;
 using sources::openSource;
 using sources::Source;

@@ -67,7 +67,8 @@ struct VoxelSource {
         const std::atomic<bool>* cancelled,
         const std::function<void(double)>& progress)>;
     Voxelizing voxelize;
-    std::string name; ///< kept with the model
+    std::string name;                             ///< kept with the model
+    std::optional<voxels::ModelField> field = {}; ///< the same of a field
     bool coloured = false;
     std::optional<voxels::ModelSource> file = {}; ///< of a mesh
     std::vector<std::string> notes = {};          ///< on what is missed of it
@@ -159,6 +160,12 @@ core::Result<VoxelSource> openField(
     source.name = from->isProcedural ? from->name
                                      : std::filesystem::path(arguments.source).filename().string();
     source.coloured = from->field->hasAttributes();
+    source.field = voxels::ModelField{
+        .source = from->identity,
+        .isovalue = arguments.field.isovalue.value_or(from->defaultIsovalue),
+        .filter = arguments.field.filter,
+        .closed = arguments.field.closed,
+        .checksum = checksumOf(*from)};
     source.key = "field";
     source.describe = [=,
                        closed = arguments.field.closed,
@@ -272,6 +279,7 @@ int voxelize(const VoxelizeArguments& arguments)
     model.coloured = source->coloured;
     model.separability = settings.separability;
     model.source = source->file;
+    model.field = source->field;
     progress.show("writing " + arguments.output, -1);
     if (const auto failed = (*store)->finish(model))
         return report(*failed);

@@ -137,6 +137,57 @@ TEST_F(FlyCommand, teachesWhatAFarFieldIs)
     EXPECT_FALSE(fs::exists(folder / "a.png"));
 }
 
+TEST_F(FlyCommand, refusesAFarFieldOfAnotherSurfaceAndNamesBoth)
+{
+    const auto make = [&](const std::string& source, const std::string& name) {
+        json("voxelize " + source + " --resolution 40 -o " + name);
+    };
+    const std::string torus = "'proc:torus?tube=0.2'";
+    make(torus, "torus.voxels");
+    const auto draw = [&](const std::string& source, const std::string& far) {
+        return "render " + source + " --size 64x36 -o a.png --far-voxels " + far;
+    };
+    // however it is written
+    json(draw("'proc:torus?tube=2e-1&ring=0.75'", "torus.voxels"));
+    json(draw("'proc:torus?ring=0.750&tube=.2'", "torus.voxels"));
+    const Json field = json("info torus.voxels")["model"]["field"];
+    EXPECT_EQ(field["source"], "proc:torus?ring=0.75&tube=0.2");
+    EXPECT_EQ(field["isovalue"], 0);
+    EXPECT_EQ(field["filter"], 0.5);
+    EXPECT_EQ(field["closed"], false);
+    expectFailure(
+        draw("proc:torus", "torus.voxels"),
+        2,
+        {"torus.voxels", "proc:torus?ring=0.75&tube=0.2", "proc:torus?ring=0.75&tube=0.3"});
+    expectFailure(draw("proc:sphere", "torus.voxels"), 2, {"proc:torus", "proc:sphere"});
+    expectFailure(
+        draw(torus, "torus.voxels --isovalue 0.05"), 2, {"isovalue 0.05", "isovalue 0.0,"});
+    expectFailure(draw(torus, "torus.voxels --filter 1"), 2, {"by 1.0", "by 0.5", "--filter"});
+    expectFailure(draw(torus, "torus.voxels --closed"), 2, {"open", "--closed"});
+    expectFailure("fly proc:torus --out f --far-voxels torus.voxels", 2, {"tube=0.2", "tube=0.3"});
+    EXPECT_FALSE(fs::exists(folder / "f"));
+    // a mesh, however like it looks
+    ASSERT_EQ(run("extract " + torus + " --level 9 -q -o torus.ply").exitCode, 0);
+    make("torus.ply", "mesh.voxels");
+    expectFailure(draw(torus, "mesh.voxels"), 2, {"torus.ply", "a mesh", "proc:torus"});
+    // a file that has changed, or lies elsewhere
+    std::vector<float> values(8 * 8 * 8);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = float(i % 8);
+    writeNrrd("a.nrrd", {8, 8, 8}, values);
+    make("a.nrrd --isovalue 3.5", "volume.voxels");
+    json(draw("a.nrrd", "volume.voxels --isovalue 3.5"));
+    fs::create_directory(folder / "moved");
+    fs::copy(folder / "a.nrrd", folder / "moved/a.nrrd");
+    json(draw("moved/a.nrrd", "volume.voxels --isovalue 3.5"));
+    expectFailure(
+        draw("a.nrrd", "volume.voxels --isovalue 3.5 --voxel-size 1,2,1"), 2, {"other options"});
+    for (float& value : values)
+        value = 7 - value;
+    writeNrrd("a.nrrd", {8, 8, 8}, values);
+    expectFailure(draw("a.nrrd", "volume.voxels --isovalue 3.5"), 2, {"another a.nrrd", "again"});
+}
+
 TEST_F(FlyCommand, refusesWhatChangesNothingAndLeavesNoFolder)
 {
     json("voxelize proc:sphere --resolution 16 -o ball.voxels");

@@ -21,6 +21,24 @@ std::string errorOf(const std::string& name, const Parameters& parameters)
     return source.error().message;
 }
 
+TEST(Procedural, tellsAllParametersInOneWayOfWriting)
+{
+    for (const ProceduralDescription& description : proceduralSources()) {
+        Parameters defaults;
+        for (const ProceduralParameter& parameter : description.parameters)
+            defaults[parameter.name] = parameter.defaultValue;
+        EXPECT_EQ(makeProcedural(description.name, {})->parameters, defaults) << description.name;
+        EXPECT_EQ(makeProcedural(description.name, defaults)->parameters, defaults);
+    }
+    const auto box = [](const char* x) { return makeProcedural("box", {{"x", x}})->parameters; };
+    EXPECT_EQ(box("2.50"), box("25e-1"));
+    EXPECT_NE(box("2.5"), box("2.5000000000000004"));
+    EXPECT_EQ(
+        makeProcedural("plane", {{"x", "-0"}})->parameters,
+        makeProcedural("plane", {{"x", "0"}})->parameters);
+    EXPECT_EQ(makeProcedural("terrain", {{"seed", "07"}})->parameters.at("seed"), "7");
+}
+
 TEST(Procedural, makesEverySourceItListsWithItsDefaults)
 {
     std::vector<std::string> names;

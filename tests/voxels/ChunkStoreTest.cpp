@@ -314,7 +314,7 @@ TEST(ModelDescriptions, ofOtherVersionsNameTheRemedy)
     const int version = json["version"].get<int>();
     json["version"] = version - 1;
     EXPECT_NE(decodedModel(json.dump()).error().message.find("voxelise again"), std::string::npos);
-    json["version"] = version + 2;
+    json["version"] = version + 3;
     EXPECT_NE(decodedModel(json.dump()).error().message.find("newer"), std::string::npos);
 }
 
@@ -344,6 +344,35 @@ TEST(ModelDescriptions, tellOfTheSourceOnlyInAVersionOfItsOwn)
         auto damaged = with;
         damaged["version"] = version;
         EXPECT_FALSE(decodedModel(damaged.dump())) << version;
+    }
+}
+
+TEST(ModelDescriptions, tellOfTheFieldOnlyInAVersionOfItsOwn)
+{
+    StoredModel model = anyModel();
+    model.field = ModelField{"proc:torus?ring=0.75 \xc3\xa4", 0.1 + 0.2, 0.5, true, ~0ULL};
+    for (const bool hasSource : {false, true}) {
+        if (hasSource)
+            model.source = ModelSource{"any.ply", 7, 8};
+        auto with = nlohmann::ordered_json::parse(encoded(model));
+        EXPECT_EQ(with["version"], 5);
+        const auto read = decodedModel(encoded(model));
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_EQ(*read, model);
+        for (const char* part : {"source", "isovalue", "filter", "closed", "checksum"}) {
+            auto damaged = with;
+            damaged["field"].erase(part);
+            EXPECT_FALSE(decodedModel(damaged.dump())) << part;
+            damaged = with;
+            damaged["field"][part] = nlohmann::json::array();
+            EXPECT_FALSE(decodedModel(damaged.dump())) << part;
+        }
+        auto damaged = with;
+        damaged["field"]["isovalue"] = 0.3;
+        EXPECT_FALSE(decodedModel(damaged.dump())) << "its checksum is another";
+        damaged = with;
+        damaged["version"] = 4;
+        EXPECT_FALSE(decodedModel(damaged.dump()));
     }
 }
 

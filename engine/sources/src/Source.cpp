@@ -2,6 +2,7 @@
 
 #include "GraphFiles.h"
 
+#include <isofront/core/Hash.h>
 #include <isofront/elevation/Landscape.h>
 #include <isofront/exchange/ModelFile.h>
 #include <isofront/fields/Procedural.h>
@@ -12,6 +13,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <string_view>
@@ -51,6 +54,13 @@ core::Box worldBoxOf(const core::Box& box, const core::Affine& map)
     return world;
 }
 
+/// Of a file or folder, with or without a slash at its end.
+std::string fileNameOf(const std::string& text)
+{
+    const std::filesystem::path path(text);
+    return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 core::Result<Source> openProcedural(const std::string& text, const SourceOptions& options)
 {
     const std::string spec = text.substr(kProcedural.size());
@@ -81,6 +91,10 @@ core::Result<Source> openProcedural(const std::string& text, const SourceOptions
 
     Source source;
     source.name = text;
+    source.identity = std::string(kProcedural) + name;
+    for (const auto& [key, value] : made->parameters)
+        source.identity +=
+            (source.identity.find('?') == std::string::npos ? "?" : "&") + key + "=" + value;
     source.description = made->description;
     source.field = made->field;
     source.domain = {made->domain.low, made->domain.size().x};
@@ -109,6 +123,9 @@ core::Result<Source> openVolume(const std::string& text, const SourceOptions& op
 
     Source source;
     source.name = text;
+    source.identity = fileNameOf(text);
+    if (!loaded->info.gridName.empty())
+        source.identity += "?grid=" + loaded->info.gridName;
     source.description = std::string(volume::nameOf(loaded->info.format)) + " volume";
     source.field = loaded->field;
     source.domain = {loaded->domainOrigin, loaded->domainEdge, loaded->worldFromIndex};
@@ -150,6 +167,7 @@ core::Result<Source> openElevation(const std::string& text, const SourceOptions&
 
     Source source;
     source.name = text;
+    source.identity = fileNameOf(text) + "?detail=" + options.detail;
     source.description = std::string(elevation::nameOf(loaded->info.format)) + " elevation raster";
     source.field = loaded->field;
     if (options.detail != "none") {
@@ -175,6 +193,37 @@ core::Result<Source> openElevation(const std::string& text, const SourceOptions&
 }
 
 } // namespace
+
+std::uint64_t checksumOf(const Source& source)
+{
+    constexpr std::size_t kPlaces = 12; // along each axis
+    const core::Box box = source.volume ? source.volume->dataBox : source.worldBox;
+    std::vector<double> x;
+    std::vector<double> y;
+    std::vector<double> z;
+    for (std::size_t i = 0; i < kPlaces * kPlaces * kPlaces; ++i) {
+        // off the middle, where shapes are alike
+        const glm::dvec3 at =
+            (glm::dvec3(i % kPlaces, i / kPlaces % kPlaces, i / (kPlaces * kPlaces)) + 0.375) /
+            double{kPlaces};
+        const glm::dvec3 place = box.low + at * box.size();
+        x.push_back(place.x);
+        y.push_back(place.y);
+        z.push_back(place.z);
+    }
+    std::vector<float> values(x.size());
+    source.field->sample({x, y, z}, values);
+    std::uint64_t hash = 0;
+    for (const float value : values)
+        hash =
+            core::hashCombined(hash, std::isnan(value) ? 1 : std::bit_cast<std::uint32_t>(value));
+    const core::Affine& map = source.domain.worldFromField;
+    for (const glm::dvec3& vector :
+         {box.low, box.high, map.linear[0], map.linear[1], map.linear[2], map.translation})
+        for (glm::length_t axis = 0; axis < 3; ++axis)
+            hash = core::hashCombined(hash, std::bit_cast<std::uint64_t>(vector[axis]));
+    return hash;
+}
 
 int levelForStep(double share, int latticeSize)
 {

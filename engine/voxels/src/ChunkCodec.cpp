@@ -270,10 +270,12 @@ core::Result<std::vector<ChunkEntry>> decodedDirectory(std::span<const std::byte
 namespace {
 
 constexpr const char* kModelFormat = "isofront-voxels";
-/// Of models without a source; one that has a source is of the next version, which is the same but
-/// for that. So programs that don't know of sources read all that they can.
+/// Of models without a source and a field. One that has a source is of the next version, and one
+/// that has a field, with or without a source, of the one after that; they are the same but for
+/// that. So programs that don't know of either read all that they can.
 constexpr std::uint32_t kModelVersion = 3;
 constexpr std::uint32_t kSourceVersion = 4;
+constexpr std::uint32_t kFieldVersion = 5;
 
 using Json = nlohmann::ordered_json;
 
@@ -287,7 +289,7 @@ Json descriptionOf(const StoredModel& model)
 {
     Json json;
     json["format"] = kModelFormat;
-    json["version"] = model.source ? kSourceVersion : kModelVersion;
+    json["version"] = model.field ? kFieldVersion : model.source ? kSourceVersion : kModelVersion;
     json["name"] = model.name;
     json["origin"] = {model.lattice.origin.x, model.lattice.origin.y, model.lattice.origin.z};
     json["voxel_edge"] = model.lattice.edge;
@@ -303,6 +305,13 @@ Json descriptionOf(const StoredModel& model)
             {"path", model.source->path},
             {"bytes", model.source->bytes},
             {"checksum", model.source->checksum}};
+    if (model.field)
+        json["field"] = {
+            {"source", model.field->source},
+            {"isovalue", model.field->isovalue},
+            {"filter", model.field->filter},
+            {"closed", model.field->closed},
+            {"checksum", model.field->checksum}};
     return json;
 }
 
@@ -353,10 +362,10 @@ core::Result<StoredModel> decodedModel(std::string_view text)
         if (json.at("format") != kModelFormat)
             return fail("it is not one");
         const auto version = wholeNumber<std::uint32_t>(json.at("version"));
-        if (version && *version != kModelVersion && *version != kSourceVersion)
+        if (version && (*version < kModelVersion || *version > kFieldVersion))
             return tl::unexpected(damaged(
                 "its version is " + std::to_string(*version) + "; this program reads versions " +
-                std::to_string(kModelVersion) + " and " + std::to_string(kSourceVersion) +
+                std::to_string(kModelVersion) + " to " + std::to_string(kFieldVersion) +
                 (*version < kModelVersion ? ": voxelise again" : ": use a newer one")));
         StoredModel model;
         model.name = json.at("name").get<std::string>();
@@ -384,7 +393,19 @@ core::Result<StoredModel> decodedModel(std::string_view text)
         if (separability != "six" && separability != "conservative")
             return fail("its voxels are separated in an unknown way");
         model.separability = separability == "six" ? Separability::six : Separability::conservative;
-        if (*version == kSourceVersion) {
+        if (*version == kFieldVersion) {
+            const Json& field = json.at("field");
+            const auto sum = wholeNumber<std::uint64_t>(field.at("checksum"));
+            if (!sum)
+                return fail("a number of it is not a whole one, or too large");
+            model.field = ModelField{
+                field.at("source").get<std::string>(),
+                field.at("isovalue").get<double>(),
+                field.at("filter").get<double>(),
+                field.at("closed").get<bool>(),
+                *sum};
+        }
+        if (*version == kSourceVersion || (*version == kFieldVersion && json.contains("source"))) {
             const Json& source = json.at("source");
             const auto bytes = wholeNumber<std::uint64_t>(source.at("bytes"));
             const auto sum = wholeNumber<std::uint32_t>(source.at("checksum"));

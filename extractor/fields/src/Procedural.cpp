@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <string_view>
 
@@ -372,6 +373,20 @@ bool readInto(Arguments& arguments, const ProceduralParameter& parameter, const 
            (!parameter.whole || value == std::floor(value));
 }
 
+std::map<std::string, std::string>
+inOneWay(const Arguments& arguments, const std::vector<ProceduralParameter>& parameters)
+{
+    std::map<std::string, std::string> written;
+    for (const ProceduralParameter& parameter : parameters) {
+        const std::string& name = parameter.name;
+        if (parameter.choices.empty())
+            written[name] = shortest(arguments[name] + 0.0); // without a sign at 0
+        else
+            written[name] = std::filesystem::path(arguments.words.at(name)).filename().string();
+    }
+    return written;
+}
+
 } // namespace
 
 const std::vector<ProceduralDescription>& proceduralSources()
@@ -426,6 +441,8 @@ core::Result<ProceduralSource> makeProcedural(
                     "' of the source '" + name + "'; " + expected(parameter));
     }
     core::Result<ProceduralSource> source = maker->make(arguments);
+    if (source)
+        source->parameters = inOneWay(arguments, description.parameters);
     if (source && source->description.empty())
         source->description = description.description;
     return source;

@@ -20,6 +20,10 @@ namespace isofront::sources {
 /// A field to be shown, and where it lies, wherever it comes from.
 struct Source {
     std::string name; ///< as the user wrote it
+    /// The same in one way of writing, whatever the user left out and wherever a file lies: a
+    /// formula with all parameters by name, as proc:torus?ring=0.75&tube=0.3; a file's name, with
+    /// the grid or the detail that was chosen.
+    std::string identity;
     std::string description;
     std::shared_ptr<const fields::Field> field;
     hierarchy::Domain domain;
@@ -60,6 +64,10 @@ struct SourceOptions {
     std::string detail = "none";                         ///< added to an elevation raster
     std::stop_token stop = {};
 };
+
+/// Tells fields apart that have one identity, as of a file that has changed or was read with other
+/// options: of values in a few thousand places, and where they lie. The same on any machine.
+std::uint64_t checksumOf(const Source& source);
 
 /// The coarsest level 3k at which an axis step is at most this share of the domain's edge: that of
 /// a volume's own voxels, for theirs.

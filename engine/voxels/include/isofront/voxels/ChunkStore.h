@@ -15,6 +15,17 @@
 
 namespace isofront::voxels {
 
+/// Of which field a model is the surface, as whoever made it says.
+struct ModelField {
+    std::string source;         ///< in one way of writing, to be compared
+    double isovalue = 0;        ///< in the source's own units, finite
+    double filter = 0;          ///< strength of the low-pass filter, finite
+    bool closed = false;        ///< at the border of the data
+    std::uint64_t checksum = 0; ///< of the field's values
+
+    friend bool operator==(const ModelField&, const ModelField&) = default;
+};
+
 /// What a model of chunks is, kept beside them.
 struct StoredModel {
     std::string name;            ///< of what it was made from
@@ -27,6 +38,9 @@ struct StoredModel {
     /// The mesh file that it was made from, whose coordinates are the world's; none for fields, and
     /// for models that were made before this was kept.
     std::optional<ModelSource> source = {};
+    /// The field that it is of; none for meshes, and for models that were made before this was
+    /// kept.
+    std::optional<ModelField> field = {};
 
     friend bool operator==(const StoredModel&, const StoredModel&) = default;
 };

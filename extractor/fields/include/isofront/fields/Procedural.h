@@ -21,6 +21,9 @@ struct ProceduralSource {
     std::string description;
     glm::dvec3 eye{0};    ///< a good place to look from, outside the solid [field]
     glm::dvec3 target{0}; ///< what to look at from there [field]
+    /// All of its parameters, given or not, in one way of writing: numbers in their shortest form,
+    /// and of files the name without the folder.
+    std::map<std::string, std::string> parameters = {};
 };
 
 /// One parameter of a source: a number within a range, one of some words, or a file.
