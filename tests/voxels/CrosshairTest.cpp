@@ -132,12 +132,15 @@ TEST(Crosshair, isTheSameForSeveralRowsAtATimeOnAllInstructionSets)
             forEachCrosshair(triangle, within, [&](auto x, auto y, auto z, std::size_t) {
                 expected.insert({x, y, z});
             });
-            std::vector<RangePlace> places;
-            addCrosshairs(triangle, within, places);
+            CrosshairHits places{};
+            const std::size_t count = findCrosshairs(triangle, within, places);
             std::multiset<Cube> found;
-            for (const RangePlace& place : places)
-                found.insert(
-                    {within.low[0] + place[0], within.low[1] + place[1], within.low[2] + place[2]});
+            for (std::size_t i = 0; i < count; ++i) {
+                Cube cube = within.low;
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    cube[axis] += places[i] >> (kPlaceBits * axis) & ((1 << kPlaceBits) - 1);
+                found.insert(cube);
+            }
             EXPECT_EQ(found, expected) << set;
             hits += found.size();
         }

@@ -19,12 +19,9 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Rows = hn::CappedTag<double, 4>;
-constexpr std::size_t kMostLanes = 4;
 constexpr auto kEdge = static_cast<double>(kSteps);
-/// More columns than a small triangle has.
-constexpr double kManyColumns = 64;
 
-/// An edge of the triangle as seen along an axis. Its value at a voxel's middle is not negative on
+/// An edge of the triangle as seen along an axis. Its value at a voxel's middle is above zero on
 /// its inner side: a whole number and a half, as what lies on the edge belongs to one side.
 struct Edge {
     double value = 0;     ///< at the lowest column and row
@@ -34,10 +31,11 @@ struct Edge {
 
 } // namespace
 
-void addCrosshairsOn(
-    const LatticeTriangle& triangle, const VoxelRange& within, std::vector<RangePlace>& hits)
+std::size_t
+findCrosshairsOn(const LatticeTriangle& triangle, const VoxelRange& within, CrosshairHits& hits)
 {
     const Rows d;
+    const hn::Rebind<std::int32_t, Rows> ints;
     const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
     const std::array<std::int64_t, 3> area = doubleArea(triangle);
     // the voxels whose middles the triangle's box holds, along each axis
@@ -48,22 +46,21 @@ void addCrosshairsOn(
         range.low[axis] = std::max(floorDivide(least + kSteps / 2 - 1, kSteps), within.low[axis]);
         range.high[axis] = std::min(floorDivide(most - kSteps / 2, kSteps) + 1, within.high[axis]);
     }
+    std::size_t count = 0;
     for (std::size_t w = 0; w < 3; ++w) {
-        const std::size_t u = (w + 1) % 3;
-        const std::size_t v = (w + 2) % 3;
+        const std::size_t u = w < 2 ? w + 1 : 0;
+        const std::size_t v = w > 0 ? w - 1 : 2;
         if (area[w] == 0 || range.low[u] >= range.high[u] || range.low[v] >= range.high[v])
             continue; // seen edge on, or between lines
         const std::int64_t middleU = range.low[u] * kSteps + kSteps / 2;
         const std::int64_t middleV = range.low[v] * kSteps + kSteps / 2;
-        // counter-clockwise as seen along w
-        const std::array<std::size_t, 4> turn{
-            0, area[w] > 0 ? std::size_t{1} : 2, area[w] > 0 ? std::size_t{2} : 1, 0};
+        const std::int64_t turn = area[w] > 0 ? 1 : -1; // clockwise ones are turned
         std::array<Edge, 3> edges;
         for (std::size_t i = 0; i < 3; ++i) {
-            const LatticePoint& from = triangle[turn[i]];
-            const LatticePoint& to = triangle[turn[i + 1]];
-            const std::int64_t du = to[u] - from[u];
-            const std::int64_t dv = to[v] - from[v];
+            const LatticePoint& from = triangle[i];
+            const LatticePoint& to = triangle[i < 2 ? i + 1 : 0];
+            const std::int64_t du = turn * (to[u] - from[u]);
+            const std::int64_t dv = turn * (to[v] - from[v]);
             const bool isOwned = dv > 0 || (dv == 0 && du < 0);
             edges[i].value =
                 static_cast<double>(du * (middleV - from[v]) - dv * (middleU - from[u])) +
@@ -73,66 +70,61 @@ void addCrosshairsOn(
         }
         // where the line meets the plane, times the area: area . (p - a) = 0
         const LatticePoint& a = triangle[0];
-        const double sign = area[w] > 0 ? 1 : -1;
+        const auto sign = static_cast<double>(turn);
         const double size = sign * static_cast<double>(area[w]);
         const double slopeU = sign * static_cast<double>(area[u]);
         const double slopeV = sign * static_cast<double>(area[v]);
-        const std::int64_t lowest = floorDivide(a[w], kSteps);
-        const double height = static_cast<double>(a[w] - lowest * kSteps) * size -
+        const double height = static_cast<double>(a[w] - within.low[w] * kSteps) * size -
                               slopeU * static_cast<double>(middleU - a[u]) -
                               slopeV * static_cast<double>(middleV - a[v]);
+        const auto divisor = hn::Set(d, size * kEdge);
+        const auto layers = hn::Set(d, static_cast<double>(within.high[w] - within.low[w]));
+        const auto unit = [](std::size_t axis) {
+            return static_cast<double>(1U << kPlaceBits * axis);
+        };
 
-        const std::int64_t columns = range.high[u] - range.low[u];
         for (std::int64_t row = range.low[v]; row < range.high[v]; row += lanes) {
             const auto rows =
                 hn::Add(hn::Set(d, static_cast<double>(row - range.low[v])), hn::Iota(d, 0.0));
-            auto first = hn::Zero(d);
-            auto last = hn::Set(d, static_cast<double>(columns - 1));
-            for (const Edge& edge : edges) {
-                const auto value =
-                    hn::Add(hn::Set(d, edge.value), hn::Mul(hn::Set(d, edge.perRow), rows));
-                // level ones let through all columns or none
-                const double divisor = edge.perColumn == 0 ? 1e-9 : edge.perColumn;
-                const auto limit = hn::Div(value, hn::Set(d, divisor));
-                const auto isLast = hn::Gt(hn::Set(d, divisor), hn::Zero(d));
-                const auto many = hn::Set(d, kManyColumns);
-                last = hn::Min(last, hn::IfThenElse(isLast, hn::Floor(limit), many));
-                first = hn::Max(first, hn::IfThenElse(isLast, hn::Neg(many), hn::Ceil(limit)));
-            }
-            HWY_ALIGN std::array<double, kMostLanes> begin;
-            HWY_ALIGN std::array<double, kMostLanes> end;
-            hn::Store(first, d, begin.data());
-            hn::Store(last, d, end.data());
-            double least = kManyColumns;
-            double most = -1;
-            const auto used = static_cast<std::size_t>(std::min(lanes, range.high[v] - row));
-            for (std::size_t i = 0; i < used; ++i) {
-                const bool isMet = begin[i] <= end[i];
-                least = std::min(least, isMet ? begin[i] : kManyColumns);
-                most = std::max(most, isMet ? end[i] : -1);
-            }
-            for (double column = least; column <= most; ++column) {
-                const auto at = hn::Sub(
-                    hn::Sub(hn::Set(d, height), hn::Mul(hn::Set(d, slopeV * kEdge), rows)),
-                    hn::Set(d, slopeU * kEdge * column));
-                HWY_ALIGN std::array<double, kMostLanes> layer;
-                hn::Store(hn::Floor(hn::Div(at, hn::Set(d, size * kEdge))), d, layer.data());
-                for (std::size_t i = 0; i < used; ++i) {
-                    if (column < begin[i] || column > end[i])
-                        continue;
-                    const std::int64_t k = lowest + static_cast<std::int64_t>(layer[i]);
-                    if (k < within.low[w] || k >= within.high[w])
-                        continue;
-                    RangePlace& hit = hits.emplace_back();
-                    hit[u] = static_cast<std::int32_t>(
-                        range.low[u] + static_cast<std::int64_t>(column) - within.low[u]);
-                    hit[v] = static_cast<std::int32_t>(
-                        row + static_cast<std::int64_t>(i) - within.low[v]);
-                    hit[w] = static_cast<std::int32_t>(k - within.low[w]);
+            const auto isRow =
+                hn::Lt(rows, hn::Set(d, static_cast<double>(range.high[v] - range.low[v])));
+            const auto begin = [&](const Edge& edge) {
+                return hn::Add(hn::Set(d, edge.value), hn::Mul(hn::Set(d, edge.perRow), rows));
+            };
+            auto value0 = begin(edges[0]);
+            auto value1 = begin(edges[1]);
+            auto value2 = begin(edges[2]);
+            auto at = hn::Sub(hn::Set(d, height), hn::Mul(hn::Set(d, slopeV * kEdge), rows));
+            auto place = hn::Add(
+                hn::Set(d, static_cast<double>(range.low[u] - within.low[u]) * unit(u)),
+                hn::Mul(
+                    hn::Add(rows, hn::Set(d, static_cast<double>(range.low[v] - within.low[v]))),
+                    hn::Set(d, unit(v))));
+            for (std::int64_t column = range.low[u]; column < range.high[u]; ++column) {
+                const auto least = hn::Min(hn::Min(value0, value1), value2);
+                const auto isInside = hn::And(isRow, hn::Gt(least, hn::Zero(d)));
+                if (!hn::AllFalse(d, isInside)) {
+                    const auto layer = hn::Floor(hn::Div(at, divisor));
+                    const auto isWithin =
+                        hn::And(hn::Ge(layer, hn::Zero(d)), hn::Lt(layer, layers));
+                    const auto isHit = hn::And(isInside, isWithin);
+                    const auto found = hn::Add(place, hn::Mul(layer, hn::Set(d, unit(w))));
+                    const auto hit =
+                        hn::DemoteTo(ints, hn::IfThenElse(isHit, found, hn::Set(d, -1.0)));
+                    // into a register first, as some processors compress into memory slowly
+                    const auto isPlace = hn::Gt(hit, hn::Set(ints, -1));
+                    hn::StoreU(hn::Compress(hit, isPlace), ints, hits.data() + count);
+                    count += hn::CountTrue(ints, isPlace);
                 }
+                value0 = hn::Sub(value0, hn::Set(d, edges[0].perColumn));
+                value1 = hn::Sub(value1, hn::Set(d, edges[1].perColumn));
+                value2 = hn::Sub(value2, hn::Set(d, edges[2].perColumn));
+                at = hn::Sub(at, hn::Set(d, slopeU * kEdge));
+                place = hn::Add(place, hn::Set(d, unit(u)));
             }
         }
     }
+    return count;
 }
 
 } // namespace isofront::voxels::HWY_NAMESPACE
@@ -141,23 +133,23 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace isofront::voxels {
 
-HWY_EXPORT(addCrosshairsOn);
+HWY_EXPORT(findCrosshairsOn);
 
 bool hasSmallCrosshairs(const LatticeTriangle& triangle)
 {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto [least, most] =
             std::minmax({triangle[0][axis], triangle[1][axis], triangle[2][axis]});
-        if (most - least >= 16 * kSteps)
+        if (most - least >= static_cast<std::int64_t>(kSmallEdge) * kSteps)
             return false;
     }
     return true;
 }
 
-void addCrosshairs(
-    const LatticeTriangle& triangle, const VoxelRange& within, std::vector<RangePlace>& hits)
+std::size_t
+findCrosshairs(const LatticeTriangle& triangle, const VoxelRange& within, CrosshairHits& hits)
 {
-    HWY_DYNAMIC_DISPATCH(addCrosshairsOn)(triangle, within, hits);
+    return HWY_DYNAMIC_DISPATCH(findCrosshairsOn)(triangle, within, hits);
 }
 
 } // namespace isofront::voxels

@@ -94,22 +94,23 @@ void Rasteriser::addToFaces(const std::array<std::uint32_t, 3>& place, const Wei
 
 void Rasteriser::mark(const LatticeTriangle& triangle, const VoxelRange& within)
 {
-    _hits.clear();
-    if (hasSmallCrosshairs(triangle))
-        addCrosshairs(triangle, within, _hits);
-    else
+    if (!hasSmallCrosshairs(triangle)) {
         forEachCrosshair(
             triangle, within, [&](std::int64_t x, std::int64_t y, std::int64_t z, std::size_t) {
-                _hits.push_back(
-                    {static_cast<std::int32_t>(x - within.low[0]),
-                     static_cast<std::int32_t>(y - within.low[1]),
-                     static_cast<std::int32_t>(z - within.low[2])});
+                _grid.mark(_grid.at(
+                    static_cast<std::uint32_t>(x - within.low[0]),
+                    static_cast<std::uint32_t>(y - within.low[1]),
+                    static_cast<std::uint32_t>(z - within.low[2])));
             });
-    for (const RangePlace& hit : _hits)
-        _grid.mark(_grid.at(
-            static_cast<std::uint32_t>(hit[0]),
-            static_cast<std::uint32_t>(hit[1]),
-            static_cast<std::uint32_t>(hit[2])));
+        return;
+    }
+    const std::size_t count = findCrosshairs(triangle, within, _hits);
+    constexpr std::uint32_t kMask = (1U << kPlaceBits) - 1;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto place = static_cast<std::uint32_t>(_hits[i]);
+        _grid.mark(
+            _grid.at(place & kMask, place >> kPlaceBits & kMask, place >> 2 * kPlaceBits & kMask));
+    }
 }
 
 /// Goes through the triangles once more, for the voxels whose triangles are turned to different

@@ -58,7 +58,7 @@ private:
     std::vector<std::uint32_t> _order;                         ///< of those, by layers
     std::array<std::uint32_t, VoxelGrid::kTakes + 1> _begin{}; ///< of the layers in that order
     std::vector<TrianglePart> _parts;                          ///< of a triangle
-    std::vector<RangePlace> _hits;                             ///< of its crosshairs
+    CrosshairHits _hits{};                                     ///< of its crosshairs
     /// While faces are added: those of the voxels that get them, by their order.
     std::unordered_map<std::uint32_t, WeightedFaces*> _facesOf;
 };
