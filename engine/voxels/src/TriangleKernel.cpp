@@ -27,7 +27,7 @@ constexpr double kFar = 1 << 20;
 /// Numbers up to here are exact enough for the slack, even along edges that are all but parallel to
 /// a row's border [voxels].
 constexpr double kNear = 1024;
-/// Three corners of a triangle, and two more where both of a layer's borders cut it.
+/// The three sides of a triangle, and two more where both of a layer's borders cut it.
 constexpr std::size_t kMostEdges = 5;
 
 inline std::int32_t floored(double x)
@@ -45,35 +45,7 @@ struct Place {
 /// A triangle's corner: also its height, exactly.
 struct Corner {
     Place place;
-    std::int64_t height = 0; ///< [steps]
-};
-
-/// The line from a corner to a higher one.
-class RisingEdge {
-public:
-    RisingEdge(const Corner& low, const Corner& high) : _low(low), _high(high)
-    {
-        const std::int64_t height = high.height - low.height;
-        const double scale = 1 / static_cast<double>(height > 0 ? height : 1);
-        _u = (high.place.u - low.place.u) * scale;
-        _v = (high.place.v - low.place.v) * scale;
-    }
-    /// Where it has a height; the nearest end where it hasn't.
-    [[nodiscard]] Place at(std::int64_t height) const
-    {
-        if (height <= _low.height)
-            return _low.place;
-        if (height >= _high.height)
-            return _high.place;
-        const auto up = static_cast<double>(height - _low.height);
-        return {_low.place.u + up * _u, _low.place.v + up * _v};
-    }
-
-private:
-    Corner _low;
-    Corner _high;
-    double _u; ///< a step of height
-    double _v;
+    double height = 0; ///< [steps]
 };
 
 /// A triangle with its corners in the order of their heights.
@@ -84,87 +56,6 @@ struct LayeredTriangle {
     double sign = 1; ///< of the area from the low corner to the high one and the middle one
     bool isNear = true;
 };
-
-/// The edges of a convex polygon, each from its lower end.
-struct PolygonEdges {
-    std::array<Place, kMostEdges + 1> corner; ///< the first once more at the end
-    std::array<Place, kMostEdges> low;
-    std::array<double, kMostEdges> high;  ///< v
-    std::array<double, kMostEdges> slope; ///< of u over v
-    std::array<double, kMostEdges> sign;  ///< of what they count in the area
-    std::size_t count = 0;
-    double least = 0; ///< v
-    double most = 0;
-    /// Whether a corner may lie on a row's border but for rounding: it and its edges belong to both
-    /// rows then.
-    bool isDelicate = false;
-
-    void add(const Place& place) { corner[count++] = place; }
-    void close(double polygonSign)
-    {
-        corner[count] = corner[0];
-        least = most = corner[0].v;
-        for (std::size_t i = 0; i < count; ++i) {
-            const Place& from = corner[i];
-            const Place& to = corner[i + 1];
-            const double rise = to.v - from.v;
-            const bool isRising = rise >= 0;
-            low[i].u = isRising ? from.u : to.u;
-            low[i].v = isRising ? from.v : to.v;
-            high[i] = isRising ? to.v : from.v;
-            slope[i] = (to.u - from.u) / (rise == 0 ? 1 : rise);
-            sign[i] = isRising ? polygonSign : -polygonSign;
-            least = std::min(least, from.v);
-            most = std::max(most, from.v);
-            const double rest = from.v - static_cast<double>(floored(from.v));
-            isDelicate = isDelicate || std::min(rest, 1 - rest) < kSlack;
-        }
-    }
-    /// How far along a row the polygon may reach.
-    void widen(double row, double& least_u, double& most_u) const
-    {
-        const auto reach = [&](double u) {
-            least_u = std::min(least_u, u);
-            most_u = std::max(most_u, u);
-        };
-        for (std::size_t i = 0; i < count; ++i) {
-            if (corner[i].v >= row - kSlack && corner[i].v <= row + 1 + kSlack)
-                reach(corner[i].u);
-            for (const double v : {row - kSlack, row + 1 + kSlack})
-                if (low[i].v < v && v < high[i])
-                    reach(low[i].u + (v - low[i].v) * slope[i]);
-        }
-    }
-};
-
-/// A triangle's polygon in a layer.
-inline void
-cut(const LayeredTriangle& triangle,
-    const std::array<RisingEdge, 3>& edges,
-    std::int64_t floor,
-    std::int64_t ceiling,
-    PolygonEdges& polygon)
-{
-    polygon.count = 0;
-    polygon.isDelicate = !triangle.isNear;
-    const auto& [low, middle, high, sign, isNear] = triangle;
-    const auto& [longest, lower, upper] = edges;
-    if (low.height >= floor && high.height <= ceiling) {
-        polygon.add(low.place);
-        polygon.add(high.place);
-        polygon.add(middle.place);
-    } else {
-        polygon.add(longest.at(floor));
-        polygon.add(longest.at(ceiling));
-        if (high.height > ceiling)
-            polygon.add(ceiling < middle.height ? lower.at(ceiling) : upper.at(ceiling));
-        if (middle.height >= floor && middle.height <= ceiling)
-            polygon.add(middle.place);
-        if (low.height < floor)
-            polygon.add(floor < middle.height ? lower.at(floor) : upper.at(floor));
-    }
-    polygon.close(sign);
-}
 
 } // namespace
 } // namespace isofront::voxels
@@ -177,9 +68,177 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Rows that are looked at together: few triangles reach across more of them.
+/// Rows, and layers, that are looked at together: few triangles reach across more of them.
 using Rows = hn::CappedTag<double, 4>;
 constexpr std::size_t kMostLanes = 4;
+using Number = hn::Vec<Rows>;
+using Choice = hn::Mask<Rows>;
+
+/// Places in several layers.
+struct Places {
+    Number u;
+    Number v;
+};
+
+HWY_INLINE Places set(const Place& place)
+{
+    const Rows d;
+    return {hn::Set(d, place.u), hn::Set(d, place.v)};
+}
+
+HWY_INLINE Places choose(Choice isFirst, const Places& first, const Places& second)
+{
+    return {hn::IfThenElse(isFirst, first.u, second.u), hn::IfThenElse(isFirst, first.v, second.v)};
+}
+
+/// A side of a triangle, from its lower corner to its higher one.
+class Side {
+public:
+    HWY_INLINE Side(const Corner& low, const Corner& high)
+        : _low(set(low.place)), _high(set(high.place)), _lowHeight(hn::Set(Rows(), low.height)),
+          _highHeight(hn::Set(Rows(), high.height))
+    {
+        const double height = high.height - low.height;
+        const double scale = 1 / (height > 0 ? height : 1);
+        _perStep =
+            set({(high.place.u - low.place.u) * scale, (high.place.v - low.place.v) * scale});
+    }
+    /// Where it enters layers: at their floors, or its lower end above them.
+    [[nodiscard]] HWY_INLINE Places bottom(Number floors) const
+    {
+        const auto isBelow = hn::Ge(floors, _highHeight);
+        const auto isAbove = hn::Le(floors, _lowHeight);
+        return choose(isAbove, _low, choose(isBelow, _high, at(floors)));
+    }
+    /// Where it leaves them.
+    [[nodiscard]] HWY_INLINE Places top(Number ceilings) const
+    {
+        const auto isBelow = hn::Ge(ceilings, _highHeight);
+        const auto isAbove = hn::Le(ceilings, _lowHeight);
+        return choose(isBelow, _high, choose(isAbove, _low, at(ceilings)));
+    }
+    /// In which layers there is nothing of it.
+    [[nodiscard]] HWY_INLINE Choice isElsewhere(Number floors, Number ceilings) const
+    {
+        return hn::Or(hn::Lt(_highHeight, floors), hn::Gt(_lowHeight, ceilings));
+    }
+
+private:
+    [[nodiscard]] HWY_INLINE Places at(Number heights) const
+    {
+        const auto up = hn::Sub(heights, _lowHeight);
+        return {hn::Add(_low.u, hn::Mul(up, _perStep.u)), hn::Add(_low.v, hn::Mul(up, _perStep.v))};
+    }
+
+    Places _low;
+    Places _high;
+    Number _lowHeight;
+    Number _highHeight;
+    Places _perStep;
+};
+
+/// A triangle's polygons in some layers: convex ones, as edges, each from its lower end. Those that
+/// a polygon lacks have no length.
+struct PolygonsInLayers {
+    /// A number for each edge and layer.
+    using Numbers = std::array<double, kMostEdges * kMostLanes>;
+    HWY_ALIGN Numbers lowU;
+    HWY_ALIGN Numbers lowV;
+    HWY_ALIGN Numbers highU;
+    HWY_ALIGN Numbers highV;
+    HWY_ALIGN Numbers slope; ///< of u over v
+    HWY_ALIGN Numbers half;  ///< 1/2 or -1/2: what they count in the area
+    // one for each layer
+    HWY_ALIGN std::array<double, kMostLanes> least; ///< v
+    HWY_ALIGN std::array<double, kMostLanes> most;
+    /// How near a corner comes to a row's border. One that is there but for rounding belongs to
+    /// both rows, with its edges.
+    HWY_ALIGN std::array<double, kMostLanes> nearest;
+
+    /// How far along a row a layer's polygon may reach.
+    void widen(std::size_t layer, double row, double& leastU, double& mostU) const
+    {
+        const auto reach = [&](double u) {
+            leastU = std::min(leastU, u);
+            mostU = std::max(mostU, u);
+        };
+        const auto isIn = [&](double v) { return v >= row - kSlack && v <= row + 1 + kSlack; };
+        for (std::size_t i = layer; i < lowU.size(); i += kMostLanes) {
+            if (isIn(lowV[i]))
+                reach(lowU[i]);
+            if (isIn(highV[i]))
+                reach(highU[i]);
+            for (const double v : {row - kSlack, row + 1 + kSlack})
+                if (lowV[i] < v && v < highV[i])
+                    reach(lowU[i] + (v - lowV[i]) * slope[i]);
+        }
+    }
+};
+
+/// Cuts a triangle at the borders of some layers.
+/// @param firstFloor  of the first one [steps]
+HWY_INLINE void cut(const LayeredTriangle& triangle, double firstFloor, PolygonsInLayers& polygons)
+{
+    const Rows d;
+    constexpr auto kEdge = static_cast<double>(kSteps);
+    const auto floors =
+        hn::Add(hn::Set(d, firstFloor), hn::Mul(hn::Iota(d, 0.0), hn::Set(d, kEdge)));
+    const auto ceilings = hn::Add(floors, hn::Set(d, kEdge));
+    const auto& [low, middle, high, sign, isNear] = triangle;
+    const Side longest(low, high);
+    const Side lower(low, middle);
+    const Side upper(middle, high);
+    const Places longestBottom = longest.bottom(floors);
+    const Places longestTop = longest.top(ceilings);
+    // what isn't there has no length, and is where the polygon is
+    const auto noLower = lower.isElsewhere(floors, ceilings);
+    const auto noUpper = upper.isElsewhere(floors, ceilings);
+    const Places lowerBottom = choose(noLower, longestBottom, lower.bottom(floors));
+    const Places lowerTop = choose(noLower, longestBottom, lower.top(ceilings));
+    const Places upperBottom = choose(noUpper, longestBottom, upper.bottom(floors));
+    const Places upperTop = choose(noUpper, longestBottom, upper.top(ceilings));
+    const auto middleHeight = hn::Set(d, middle.height);
+    const auto isCutBelow = hn::Lt(hn::Set(d, low.height), floors);
+    const auto isCutAbove = hn::Gt(hn::Set(d, high.height), ceilings);
+    const Places floorEnd = choose(
+        isCutBelow, choose(hn::Lt(floors, middleHeight), lowerBottom, upperBottom), longestBottom);
+    const Places ceilingEnd =
+        choose(isCutAbove, choose(hn::Lt(ceilings, middleHeight), lowerTop, upperTop), longestTop);
+
+    auto least = longestBottom.v;
+    auto most = longestBottom.v;
+    const auto enter = [&](std::size_t edge, const Places& from, const Places& to) {
+        const auto rise = hn::Sub(to.v, from.v);
+        const auto isRising = hn::Ge(rise, hn::Zero(d));
+        const Places lowEnd = choose(isRising, from, to);
+        const Places highEnd = choose(isRising, to, from);
+        least = hn::Min(least, lowEnd.v);
+        most = hn::Max(most, highEnd.v);
+        const auto divisor = hn::IfThenElse(hn::Eq(rise, hn::Zero(d)), hn::Set(d, 1.0), rise);
+        const std::size_t at = edge * kMostLanes;
+        hn::Store(lowEnd.u, d, &polygons.lowU[at]);
+        hn::Store(lowEnd.v, d, &polygons.lowV[at]);
+        hn::Store(highEnd.u, d, &polygons.highU[at]);
+        hn::Store(highEnd.v, d, &polygons.highV[at]);
+        hn::Store(hn::Div(hn::Sub(to.u, from.u), divisor), d, &polygons.slope[at]);
+        hn::Store(
+            hn::IfThenElse(isRising, hn::Set(d, 0.5 * sign), hn::Set(d, -0.5 * sign)),
+            d,
+            &polygons.half[at]);
+    };
+    enter(0, longestBottom, longestTop);
+    enter(1, longestTop, ceilingEnd);
+    enter(2, upperTop, upperBottom);
+    enter(3, lowerTop, lowerBottom);
+    enter(4, floorEnd, longestBottom);
+    auto nearest = hn::Set(d, isNear ? 1.0 : 0.0);
+    for (const Places& corner :
+         {longestBottom, longestTop, lowerBottom, lowerTop, upperBottom, upperTop})
+        nearest = hn::Min(nearest, hn::Abs(hn::Sub(corner.v, hn::Round(corner.v))));
+    hn::Store(least, d, polygons.least.data());
+    hn::Store(most, d, polygons.most.data());
+    hn::Store(nearest, d, polygons.nearest.data());
+}
 
 /// A polygon's edges, cut at the borders of some rows.
 struct EdgesInRows {
@@ -195,7 +254,9 @@ struct EdgesInRows {
     HWY_ALIGN std::array<double, kMostLanes> most;
 };
 
-HWY_INLINE void enterRows(const PolygonEdges& polygon, double firstRow, EdgesInRows& rows)
+/// @return how many edges there are
+HWY_INLINE std::size_t
+enterRows(const PolygonsInLayers& polygons, std::size_t layer, double firstRow, EdgesInRows& rows)
 {
     const Rows d;
     const auto low = hn::Add(hn::Set(d, firstRow), hn::Iota(d, 0.0));
@@ -204,14 +265,17 @@ HWY_INLINE void enterRows(const PolygonEdges& polygon, double firstRow, EdgesInR
     const auto nearFar = hn::Neg(far);
     auto least = far;
     auto most = nearFar;
-    for (std::size_t i = 0; i < polygon.count; ++i) {
-        const auto edgeLow = hn::Set(d, polygon.low[i].v);
-        const auto edgeHigh = hn::Set(d, polygon.high[i]);
+    std::size_t count = 0;
+    for (std::size_t i = layer; i < polygons.lowV.size(); i += kMostLanes) {
+        if (polygons.lowV[i] >= polygons.highV[i])
+            continue; // along the row, or not there
+        const auto edgeLow = hn::Set(d, polygons.lowV[i]);
+        const auto edgeHigh = hn::Set(d, polygons.highV[i]);
         // those that don't meet a row have no height in it
         const auto begin = hn::Min(hn::Max(edgeLow, low), edgeHigh);
         const auto end = hn::Max(hn::Min(edgeHigh, high), edgeLow);
-        const auto lowU = hn::Set(d, polygon.low[i].u);
-        const auto slope = hn::Set(d, polygon.slope[i]);
+        const auto lowU = hn::Set(d, polygons.lowU[i]);
+        const auto slope = hn::Set(d, polygons.slope[i]);
         const auto from = hn::Add(lowU, hn::Mul(hn::Sub(begin, edgeLow), slope));
         const auto to = hn::Add(lowU, hn::Mul(hn::Sub(end, edgeLow), slope));
         const auto isMet = hn::Lt(begin, end);
@@ -219,17 +283,17 @@ HWY_INLINE void enterRows(const PolygonEdges& polygon, double firstRow, EdgesInR
         most = hn::Max(most, hn::IfThenElse(isMet, hn::Max(from, to), nearFar));
         const auto width =
             hn::Max(hn::Abs(hn::Sub(to, from)), hn::Set(d, std::numeric_limits<double>::min()));
-        const std::size_t at = i * kMostLanes;
+        const std::size_t at = count++ * kMostLanes;
         hn::Store(from, d, &rows.from[at]);
         hn::Store(to, d, &rows.to[at]);
         hn::Store(hn::Div(hn::Set(d, 1.0), width), d, &rows.inverse[at]);
-        hn::Store(
-            hn::Mul(hn::Set(d, 0.5 * polygon.sign[i]), hn::Sub(end, begin)), d, &rows.rise[at]);
+        hn::Store(hn::Mul(hn::Set(d, polygons.half[i]), hn::Sub(end, begin)), d, &rows.rise[at]);
         hn::Store(hn::Sub(begin, low), d, &rows.begin[at]);
         hn::Store(hn::Sub(end, low), d, &rows.end[at]);
     }
     hn::Store(least, d, rows.least.data());
     hn::Store(most, d, rows.most.data());
+    return count;
 }
 
 /// What of the rows' parts lies beyond a line in each, with u growing, as integrals over it.
@@ -295,7 +359,8 @@ struct Frame {
 template <bool kMoments>
 HWY_INLINE void addRows(
     const Frame& frame,
-    const PolygonEdges& polygon,
+    const PolygonsInLayers& polygons,
+    std::size_t which, ///< of them
     double stretch,
     std::int32_t layer,
     std::vector<TrianglePart>& parts)
@@ -303,10 +368,10 @@ HWY_INLINE void addRows(
     const Rows d;
     const std::size_t lanes = hn::Lanes(d);
     EdgesInRows rows;
-    const std::int32_t lastRow = std::min(floored(polygon.most + kSlack), frame.rows - 1);
-    for (std::int32_t row = std::max(floored(polygon.least - kSlack), 0); row <= lastRow;
+    const std::int32_t lastRow = std::min(floored(polygons.most[which] + kSlack), frame.rows - 1);
+    for (std::int32_t row = std::max(floored(polygons.least[which] - kSlack), 0); row <= lastRow;
          row += static_cast<std::int32_t>(lanes)) {
-        enterRows(polygon, row, rows);
+        const std::size_t edges = enterRows(polygons, which, row, rows);
         std::array<std::int32_t, kMostLanes> first{};
         std::array<std::int32_t, kMostLanes> count{};
         HWY_ALIGN std::array<double, kMostLanes> lines{};
@@ -317,8 +382,8 @@ HWY_INLINE void addRows(
             double low = rows.least[i];
             double high = rows.most[i];
             // a polygon that is but a line along the row has no edges that rise
-            if (polygon.isDelicate || low > high)
-                polygon.widen(static_cast<double>(row) + static_cast<double>(i), low, high);
+            if (polygons.nearest[which] < kSlack || low > high)
+                polygons.widen(which, static_cast<double>(row) + static_cast<double>(i), low, high);
             if (low > high)
                 continue;
             const std::int32_t begin = floored(low - kSlack);
@@ -332,12 +397,12 @@ HWY_INLINE void addRows(
         auto line = hn::Load(d, lines.data());
         const auto one = hn::Set(d, 1.0);
         const auto zero = hn::Zero(d);
-        auto here = beyond<kMoments>(rows, polygon.count, line);
+        auto here = beyond<kMoments>(rows, edges, line);
         for (std::int32_t column = 0; column < most; ++column) {
             line = hn::Add(line, one);
             Beyond next{zero, zero, zero};
             if (isClipped || column + 1 < most)
-                next = beyond<kMoments>(rows, polygon.count, line);
+                next = beyond<kMoments>(rows, edges, line);
             HWY_ALIGN std::array<double, kMostLanes> area;
             HWY_ALIGN std::array<double, kMostLanes> u{};
             HWY_ALIGN std::array<double, kMostLanes> v{};
@@ -416,7 +481,7 @@ void divideTriangleOn(
         Corner& corner = corners[i];
         corner.place.u = static_cast<double>(triangle[i][u] - within.low[u] * kSteps) / kEdge;
         corner.place.v = static_cast<double>(triangle[i][v] - within.low[v] * kSteps) / kEdge;
-        corner.height = triangle[i][w] - within.low[w] * kSteps;
+        corner.height = static_cast<double>(triangle[i][w] - within.low[w] * kSteps);
         layered.isNear =
             layered.isNear && std::abs(corner.place.u) < kNear && std::abs(corner.place.v) < kNear;
     }
@@ -434,23 +499,23 @@ void divideTriangleOn(
     layered.low = corners[0];
     layered.middle = corners[1];
     layered.high = corners[2];
-    const std::array<RisingEdge, 3> edges{
-        RisingEdge(corners[0], corners[2]),
-        RisingEdge(corners[0], corners[1]),
-        RisingEdge(corners[1], corners[2])};
 
-    PolygonEdges polygon;
-    for (std::int64_t layer = range.low[w] - within.low[w]; layer < range.high[w] - within.low[w];
-         ++layer) {
-        const std::int64_t floor = layer * kSteps;
-        const std::int64_t ceiling = floor + kSteps;
-        cut(layered, edges, floor, ceiling, polygon);
-        // a triangle that lies in a layer's ceiling counts in the layer above
-        const double stretch = layered.low.height == ceiling ? 0 : frame.stretch;
-        if (centroids)
-            addRows<true>(frame, polygon, stretch, static_cast<std::int32_t>(layer), parts);
-        else
-            addRows<false>(frame, polygon, stretch, static_cast<std::int32_t>(layer), parts);
+    PolygonsInLayers polygons;
+    const auto lanes = static_cast<std::int64_t>(hn::Lanes(Rows()));
+    const std::int64_t end = range.high[w] - within.low[w];
+    for (std::int64_t first = range.low[w] - within.low[w]; first < end; first += lanes) {
+        cut(layered, static_cast<double>(first * kSteps), polygons);
+        for (std::int64_t layer = first; layer < std::min(first + lanes, end); ++layer) {
+            // a triangle that lies in a layer's ceiling counts in the layer above
+            const auto ceiling = static_cast<double>((layer + 1) * kSteps);
+            const double stretch = layered.low.height == ceiling ? 0 : frame.stretch;
+            const auto which = static_cast<std::size_t>(layer - first);
+            const auto name = static_cast<std::int32_t>(layer);
+            if (centroids)
+                addRows<true>(frame, polygons, which, stretch, name, parts);
+            else
+                addRows<false>(frame, polygons, which, stretch, name, parts);
+        }
     }
 }
 

@@ -25,7 +25,8 @@ public:
     void begin(bool coloured) { _coloured = coloured; }
 
     /// Which voxel is at a place in the chunk; new ones are without weights.
-    std::uint32_t at(std::uint32_t x, std::uint32_t y, std::uint32_t z)
+    [[gnu::always_inline]] inline std::uint32_t
+    at(std::uint32_t x, std::uint32_t y, std::uint32_t z)
     {
         std::uint32_t& layer = _layers[z / kEdge];
         if (layer == kNone)
@@ -127,7 +128,8 @@ private:
         std::uint32_t x = 0;      ///< of its voxels
     };
 
-    std::uint32_t addLayer()
+    // rare, and kept out of the way of what isn't
+    [[gnu::noinline]] std::uint32_t addLayer()
     {
         if (_freeTables.empty()) {
             _freeTables.push_back(static_cast<std::uint32_t>(_tables.size()));
@@ -137,7 +139,7 @@ private:
         _freeTables.pop_back();
         return layer;
     }
-    std::uint32_t addBlock(Table& table, std::uint32_t name)
+    [[gnu::noinline]] std::uint32_t addBlock(Table& table, std::uint32_t name)
     {
         if (_freeBlocks.empty()) {
             _freeBlocks.push_back(static_cast<std::uint32_t>(_held.size()));
