@@ -66,7 +66,7 @@ checkField(const voxels::StoredModel& model, const Source& source, const FarFiel
         return fail(
             "of isovalue " + exact(field.isovalue),
             "of isovalue " + exact(surface.isovalue) + "; give both the same --isovalue");
-    if (field.filter != surface.filter)
+    if (field.filter != surface.filter && field.filter != surface.voxelFilter)
         return fail(
             "filtered by " + exact(field.filter),
             "filtered by " + exact(surface.filter) + "; give both the same --filter");
@@ -104,7 +104,7 @@ core::Result<Store> voxelised(
         source,
         {.resolution = resolution,
          .isovalue = surface.isovalue,
-         .filter = surface.filter,
+         .filter = surface.voxelFilter,
          .closed = surface.closed});
     if (!settings)
         return tl::unexpected(settings.error());

@@ -46,7 +46,10 @@ core::Result<std::optional<FarFieldRequest>> farFieldRequest(const FarFieldOptio
 /// Which surface a far field is to be of.
 struct FarFieldSurface {
     double isovalue = 0; ///< in the source's own units
-    double filter = 0;   ///< strength of the low-pass filter
+    double filter = 0;   ///< strength of the low-pass filter, of the meshes ...
+    /// ... and of voxels that look like them: see render::voxelFilterFactor. A model may have
+    /// either.
+    double voxelFilter = 0;
     bool closed = false;
 };
 

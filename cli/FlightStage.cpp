@@ -154,12 +154,16 @@ core::Result<FlightStage> stageOfField(
         *detail);
     stage.surface =
         std::make_unique<surface::Surface>(source.field, source.domain, options, stage.jobs);
+    const render::HandOverSettings handOver{
+        .pixels = arguments.far.handOver, .meshPixels = arguments.pixelError};
     std::shared_ptr<const voxels::ChunkStore> far;
     if (*farRequest) {
         auto made = openFarField(
             **farRequest,
             source,
-            {.isovalue = isovalue, .filter = arguments.filter},
+            {.isovalue = isovalue,
+             .filter = arguments.filter,
+             .voxelFilter = arguments.filter * render::voxelFilterFactor(handOver)},
             *stage.jobs,
             progress,
             stop);
@@ -172,7 +176,7 @@ core::Result<FlightStage> stageOfField(
         stage.surface.get(),
         far,
         stage.jobs,
-        {.handOver = {.pixels = arguments.far.handOver},
+        {.handOver = handOver,
          .transitionSeconds = arguments.fade,
          .pixelError = arguments.pixelError,
          .detail = options.detail,

@@ -202,12 +202,17 @@ int render(const RenderArguments& arguments)
     surface::Surface surface(source->field, source->domain, options, jobs);
     const hierarchy::View view =
         viewTo(source->eye, source->target, arguments.fov, size->width, size->height, source->up);
+    const render::HandOverSettings handOver{
+        .pixels = arguments.far.handOver, .meshPixels = arguments.pixelError};
     std::shared_ptr<const voxels::ChunkStore> far;
     if (*farRequest) {
         auto opened = openFarField(
             **farRequest,
             *source,
-            {.isovalue = isovalue, .filter = arguments.filter, .closed = arguments.closed},
+            {.isovalue = isovalue,
+             .filter = arguments.filter,
+             .voxelFilter = arguments.filter * render::voxelFilterFactor(handOver),
+             .closed = arguments.closed},
             *jobs,
             progress,
             stop);
@@ -220,7 +225,7 @@ int render(const RenderArguments& arguments)
         &surface,
         far,
         jobs,
-        {.handOver = {.pixels = arguments.far.handOver},
+        {.handOver = handOver,
          .pixelError = arguments.pixelError,
          .detail = options.detail,
          .latticeSize = arguments.lattice});

@@ -21,6 +21,9 @@ constexpr double kOverlap = 4;
 /// What is nearer to the eye counts as being so near [voxels].
 constexpr double kNearest = 1.0 / 1024;
 
+/// The axis step that meshes have in view, as a share of the largest one that their error allows.
+constexpr double kUsualStep = 0.5;
+
 /// Of a cell's mesh, with room for voxels that belong to it but lie beside it.
 core::Box boxAround(const extractor::CellMesh& mesh, const hierarchy::Domain& domain, double margin)
 {
@@ -50,6 +53,13 @@ double distanceTo(const core::Box& box, const glm::dvec3& eye)
 }
 
 } // namespace
+
+double voxelFilterFactor(const HandOverSettings& settings)
+{
+    const double largestStep = settings.meshPixels / surface::kErrorPerStep;
+    const double voxel = settings.pixels / kVoxelError;
+    return std::max(1.0, kUsualStep * largestStep / voxel);
+}
 
 glm::uvec3 BlockGrid::blockAt(const glm::dvec3& place) const
 {

@@ -36,6 +36,14 @@ struct HandOverSettings {
     double hysteresis = 1.15;
 };
 
+/// How many times as strongly as its meshes a field is to be filtered for voxels, at least 1
+/// (surface's and voxels' `filterStrength`), for both to show the same surface where voxels take
+/// the place of meshes. A mesh that is asked for some error has an axis step of many pixels, and
+/// all that is finer is filtered out of it; voxels there are of about one pixel. Filtered no more
+/// than they have to be they would show far slopes as rougher than near ones: other outlines, other
+/// light, and other materials where those go by the slope.
+double voxelFilterFactor(const HandOverSettings& settings);
+
 /// Cubes of space, counted along x first, then y, then z. What lies outside counts as part of the
 /// nearest one.
 struct BlockGrid {
