@@ -3,12 +3,16 @@
 #include "Arguments.h"
 #include "FieldVoxels.h"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <system_error>
 #include <utility>
 
@@ -212,6 +216,35 @@ core::Result<Store> openFarField(
         "far field: " + grouped(model.voxels) + " voxels, " + grouped(model.allVoxels) + " in " +
         std::to_string(model.lattice.levels) + " levels of detail");
     return opened;
+}
+
+std::string coarseFarFieldNote(
+    const render::HandOver& handOver,
+    std::uint32_t resolution,
+    const core::Box& scene,
+    std::span<const hierarchy::View> views)
+{
+    constexpr double kWithin = 0.7; // of the way to the farthest corner voxels should take over
+    double times = std::numeric_limits<double>::infinity(); // as many voxels are needed
+    double nearest = times;
+    for (const hierarchy::View& view : views) {
+        const double takesOver = handOver.distance(view);
+        const glm::dvec3 far =
+            glm::max(glm::abs(scene.low - view.eye), glm::abs(scene.high - view.eye));
+        nearest = std::min(nearest, takesOver);
+        times = std::min(times, takesOver / glm::length(far));
+    }
+    if (!(times > 1))
+        return {};
+    const auto enough = static_cast<std::uint64_t>(std::ceil(times / kWithin * resolution));
+    std::string note = "note: nothing is far enough for so coarse voxels, which take over from " +
+                       brief(nearest) + " on: ";
+    if (enough <= kMostInMemory)
+        note += "--far-voxels " + std::to_string(enough) + " would, or ";
+    else if (enough <= voxels::kMaxResolution)
+        note +=
+            "a model of 'isofront voxelize --resolution " + std::to_string(enough) + "' would, or ";
+    return note + "a larger --hand-over";
 }
 
 } // namespace isofront::cli

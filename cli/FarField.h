@@ -3,8 +3,10 @@
 #include "Console.h"
 #include "SourceArguments.h"
 
+#include <isofront/core/Box.h>
 #include <isofront/core/Jobs.h>
 #include <isofront/core/Result.h>
+#include <isofront/hierarchy/View.h>
 #include <isofront/render/HandOver.h>
 #include <isofront/voxels/ChunkStore.h>
 
@@ -14,6 +16,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 
@@ -65,5 +68,14 @@ core::Result<std::shared_ptr<const voxels::ChunkStore>> openFarField(
     core::Jobs& jobs,
     Progress& progress,
     const std::stop_token& stop);
+
+/// What to say where a far field is too coarse to take over anywhere within a scene, with how many
+/// voxels would; empty if it does somewhere.
+/// @param views  from which the scene is seen, at least one
+std::string coarseFarFieldNote(
+    const render::HandOver& handOver,
+    std::uint32_t resolution,
+    const core::Box& scene,
+    std::span<const hierarchy::View> views);
 
 } // namespace isofront::cli

@@ -190,6 +190,15 @@ core::Result<FlightStage> stageOfField(
             voxels::StreamingSettings{}.voxelPixels, arguments.far.handOver / render::kVoxelError);
     progress.show("finding a way", -1);
     stage.views = flightPath(source, planOf(arguments, size));
+    if (far) {
+        const std::string note = coarseFarFieldNote(
+            *stage.scene->handOver(),
+            far->model().lattice.resolution,
+            source.worldBox,
+            stage.views);
+        if (!note.empty())
+            progress.say(note);
+    }
     describe(stage, arguments, size);
     stage.settings.source = source.name;
     describeField(stage.settings, arguments, *detail);

@@ -231,6 +231,12 @@ int render(const RenderArguments& arguments)
          .latticeSize = arguments.lattice});
     if (!scene)
         return report(scene.error());
+    if (far) {
+        const std::string note = coarseFarFieldNote(
+            *scene->handOver(), far->model().lattice.resolution, source->worldBox, {&view, 1});
+        if (!note.empty())
+            progress.say(note);
+    }
     const Clock::time_point settling = Clock::now();
     const auto frame = scene->settle(
         view, studio->scene, [&](double share) { progress.show("extracting", share); }, stop);

@@ -137,6 +137,22 @@ TEST_F(FlyCommand, teachesWhatAFarFieldIs)
     EXPECT_FALSE(fs::exists(folder / "a.png"));
 }
 
+TEST_F(FlyCommand, saysHowManyVoxelsWouldTakeOver)
+{
+    const std::string draw = "render proc:gyroid --size 160x120 -o a.png --json --far-voxels ";
+    const Outcome coarse = run(draw + "16", "ISOFRONT_DEVICE=cpu");
+    ASSERT_EQ(coarse.exitCode, 0) << coarse.errors;
+    EXPECT_EQ(Json::parse(coarse.output)["far_field"]["voxel_blocks"], 0);
+    const std::string words = ": --far-voxels ";
+    const std::size_t at = coarse.errors.find(words);
+    ASSERT_NE(at, std::string::npos) << coarse.errors;
+    const std::string enough = std::to_string(std::stoi(coarse.errors.substr(at + words.size())));
+    const Outcome fine = run(draw + enough, "ISOFRONT_DEVICE=cpu");
+    ASSERT_EQ(fine.exitCode, 0) << fine.errors;
+    EXPECT_GT(Json::parse(fine.output)["far_field"]["voxel_blocks"], 0);
+    EXPECT_EQ(fine.errors.find("--hand-over"), std::string::npos) << fine.errors;
+}
+
 TEST_F(FlyCommand, refusesAFarFieldOfAnotherSurfaceAndNamesBoth)
 {
     const auto make = [&](const std::string& source, const std::string& name) {
