@@ -89,7 +89,9 @@ void describeField(
 core::Result<void> checkField(const FlyArguments& arguments)
 {
     if (const auto useful = checkNoOptions(
-            *arguments.command, {"--up", "--voxel-pixels", "--way"}, "what is no voxel model");
+            *arguments.command,
+            {"--up", "--voxel-pixels", "--way", kSourceOption, kNoSourceOption},
+            "what is no voxel model");
         !useful)
         return useful;
     if (!arguments.far.voxels) {
@@ -219,6 +221,8 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
              "--voxel-pixels",
              "--way",
              "--up",
+             kSourceOption,
+             kNoSourceOption,
              "--cache-mib",
              "--out",
              "--device",
@@ -236,7 +240,12 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
         return tl::unexpected(model.error());
 
     FlightStage stage;
-    auto studio = openStudio(*model, studioOptions(arguments, size));
+    auto source = sourceOf(*model, arguments.source, arguments.sourceChoice);
+    if (!source)
+        return tl::unexpected(source.error());
+    StudioOptions options = studioOptions(arguments, size);
+    options.hasSource = source->read != nullptr;
+    auto studio = openStudio(*model, options);
     if (!studio)
         return tl::unexpected(studio.error());
     stage.studio = std::move(*studio);
@@ -248,7 +257,8 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
         stage.jobs,
         {.transitionSeconds = arguments.fade,
          .streaming = {.voxelPixels = arguments.voxelPixels},
-         .way = voxelWay(arguments.way)});
+         .way = voxelWay(arguments.way),
+         .source = std::move(source->read)});
     if (!scene)
         return tl::unexpected(scene.error());
     stage.scene.emplace(std::move(*scene));
@@ -264,6 +274,7 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
     others.emplace_back("resolution", std::to_string(model->store->model().lattice.resolution));
     others.emplace_back("voxel_pixels", brief(arguments.voxelPixels));
     others.emplace_back("way", arguments.way);
+    others.emplace_back("source", options.hasSource ? source->file.string() : "none");
     others.emplace_back("cache_mib", std::to_string(arguments.cacheMib));
     return stage;
 }

@@ -3,6 +3,7 @@
 #include "DetailOptions.h"
 #include "FarField.h"
 #include "MeshOptions.h"
+#include "ModelSource.h"
 #include "SourceArguments.h"
 
 #include <CLI/CLI.hpp>
@@ -33,6 +34,7 @@ struct FlyArguments {
     double voxelPixels = 1; ///< of a model flown alone, as the next two
     std::string way = "auto";
     std::string up;
+    SourceChoice sourceChoice;
     std::uint64_t cacheMib = 128; ///< for voxels on the device
     int lattice = 16;
     double filter = extractor::ExtractionSettings{}.filterStrength;

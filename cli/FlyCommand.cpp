@@ -141,6 +141,7 @@ private:
         if (!settled)
             return tooLarge(settled.error());
         tellDamage(settled->damaged);
+        tellSource(*settled);
         if (auto drawn = _stage->scene->frame(_stage->views.front(), _stage->studio.scene, -1.0);
             !drawn)
             return drawn.error();
@@ -162,6 +163,7 @@ private:
         if (!drawn)
             return tooLarge(drawn.error());
         tellDamage(drawn->damaged);
+        tellSource(*drawn);
         FrameRecord record;
         record.updateMilliseconds = drawn->surfaceMilliseconds;
         record.cpuMilliseconds = millisecondsSince(start);
@@ -335,6 +337,15 @@ private:
             _progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
     }
 
+    /// Once.
+    void tellSource(const render::HybridFrame& frame)
+    {
+        const std::string note = _hasToldSource ? std::string() : sourceNote(frame);
+        _hasToldSource = _hasToldSource || !note.empty();
+        if (!note.empty())
+            _progress.say(note);
+    }
+
     [[nodiscard]] core::Error tooLarge(const core::Error& error) const
     {
         if (error.code != ErrorCode::resourceLimit || !_stage->surface)
@@ -357,6 +368,7 @@ private:
     std::vector<core::Image> _sheet;
     surface::SurfaceStats _before;
     std::size_t _damaged = 0; ///< chunks that couldn't be read
+    bool _hasToldSource = false;
     FlightReport _report;
 };
 
@@ -404,6 +416,7 @@ Action addFly(CLI::App& app)
         "--measure-popping", arguments->measurePopping, "report how much changes of detail show");
     arguments->far.addTo(*command);
     addVoxelOptions(*command, arguments->voxelPixels, arguments->way, arguments->up);
+    arguments->sourceChoice.addTo(*command);
     addCacheOption(*command, arguments->cacheMib, "");
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")
         ->capture_default_str();

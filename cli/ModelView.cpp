@@ -4,6 +4,7 @@
 #include "Console.h"
 
 #include <isofront/exchange/ModelFile.h>
+#include <isofront/render/HandOver.h>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -93,16 +94,19 @@ core::Result<Studio> openStudio(const ShownModel& model, const StudioOptions& op
     Studio studio;
     studio.device = std::move(*device);
     constexpr std::uint32_t kNoMeshes = 1U << 16U; // [bytes]
+    const voxels::StoredModel& stored = model.store->model();
+    const render::RendererOptions usual;
     auto renderer = render::Renderer::create(
         *studio.device,
-        domainAround(model.box),
+        options.hasSource ? render::voxelDomain(stored.lattice) : domainAround(model.box),
         {.width = options.width,
          .height = options.height,
-         .poolBytes = 2ULL * kNoMeshes,
-         .slabBytes = kNoMeshes,
+         .poolBytes = options.hasSource ? usual.poolBytes : 2ULL * kNoMeshes,
+         .slabBytes = options.hasSource ? usual.slabBytes : kNoMeshes,
          .samples = options.samples,
          .shadowMapSize = model.isLandscape ? 2048 : 16,
-         .voxelPoolBytes = options.voxelBytes});
+         .voxelPoolBytes = options.voxelBytes,
+         .meshColours = options.hasSource && stored.coloured});
     if (!renderer)
         return tl::unexpected<core::Error>(renderer.error());
     studio.renderer = std::move(*renderer);

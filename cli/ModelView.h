@@ -38,8 +38,8 @@ glm::dvec3 forwardTo(const ShownModel& model);
 /// So far from an eye that the sun's map covers all that a view shows of a model [world].
 double shadowDistance(const ShownModel& model, const glm::dvec3& eye);
 
-/// A renderer for a model, without room for meshes. Landscapes get their own light and ground, all
-/// else is an object before a wall.
+/// A renderer for a model, without room for meshes unless it has a source. Landscapes get their own
+/// light and ground, all else is an object before a wall.
 /// @return noDevice if there is none that fits, resourceLimit if it has too little memory
 core::Result<Studio> openStudio(const ShownModel& model, const StudioOptions& options);
 

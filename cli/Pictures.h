@@ -25,6 +25,7 @@ struct Studio {
 };
 
 struct StudioOptions {
+    bool hasSource = false;                          ///< of a model of voxels: it may be shown
     std::string device;                              ///< see gpu::DeviceOptions
     int width = 1280;                                ///< [px]
     int height = 720;                                ///< [px]

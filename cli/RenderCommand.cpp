@@ -43,6 +43,7 @@ struct RenderArguments {
     std::string up;
     double voxelPixels = 1;
     std::string way = "auto";
+    SourceChoice sourceChoice;
     std::uint64_t cacheMib = 128;
     int samples = 1;
     std::string device;
@@ -64,6 +65,7 @@ int renderModel(const RenderArguments& arguments, const PictureSize& size)
         .way = arguments.way,
         .cacheBytes = arguments.cacheMib << 20U,
         .samples = arguments.samples,
+        .source = arguments.sourceChoice,
         .device = arguments.device,
         .threads = arguments.threads,
         .json = arguments.json,
@@ -130,6 +132,8 @@ int render(const RenderArguments& arguments)
              "--voxel-pixels",
              "--way",
              "--cache-mib",
+             kSourceOption,
+             kNoSourceOption,
              "--device",
              "--threads",
              "--json",
@@ -138,7 +142,9 @@ int render(const RenderArguments& arguments)
         return useful ? renderModel(arguments, *size) : report(useful.error());
     }
     if (const auto useful = checkNoOptions(
-            *arguments.command, {"--up", "--voxel-pixels", "--way"}, "what is no voxel model");
+            *arguments.command,
+            {"--up", "--voxel-pixels", "--way", kSourceOption, kNoSourceOption},
+            "what is no voxel model");
         !useful)
         return report(useful.error());
     if (!arguments.far.voxels)
@@ -341,6 +347,7 @@ Action addRender(CLI::App& app)
     command->add_option("--pixel-error", arguments->pixelError, "expected error of the mesh [px]")
         ->capture_default_str();
     addVoxelOptions(*command, arguments->voxelPixels, arguments->way, arguments->up);
+    arguments->sourceChoice.addTo(*command);
     addCacheOption(*command, arguments->cacheMib, "");
     arguments->far.addTo(*command);
     command->add_option("--lattice", arguments->lattice, "lattice segments of a cell: 4, 8 or 16")

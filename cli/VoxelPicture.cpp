@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,7 +35,19 @@ struct Picture {
     std::vector<core::Error> damaged;
     double loadSeconds = 0;
     double gpuMilliseconds = 0;
+    render::HybridFrame source; ///< where the model's source is shown
 };
+
+core::Result<double> gpuMilliseconds(render::Renderer& renderer)
+{
+    const auto passes = renderer.finish();
+    if (!passes)
+        return tl::unexpected(passes.error());
+    double sum = 0;
+    for (const render::PassTime& pass : *passes)
+        sum += pass.milliseconds;
+    return sum;
+}
 
 /// Draws until all that the view needs is there.
 core::Result<Picture> drawComplete(
@@ -85,12 +98,10 @@ core::Result<Picture> drawComplete(
         if (!drawn)
             return tl::unexpected(drawn.error());
         picture.stats = *drawn;
-        const auto passes = studio.renderer->finish();
-        if (!passes)
-            return tl::unexpected(passes.error());
-        picture.gpuMilliseconds = 0;
-        for (const render::PassTime& pass : *passes)
-            picture.gpuMilliseconds += pass.milliseconds;
+        const auto milliseconds = gpuMilliseconds(*studio.renderer);
+        if (!milliseconds)
+            return tl::unexpected(milliseconds.error());
+        picture.gpuMilliseconds = *milliseconds;
         // Once more: the first time, drivers still compile.
         if (frame.isComplete && wasComplete)
             return picture;
@@ -100,12 +111,52 @@ core::Result<Picture> drawComplete(
     }
 }
 
+/// The same with the model's source where voxels are too large.
+core::Result<Picture> drawWithSource(
+    Studio& studio,
+    const ShownModel& model,
+    const render::HybridSettings& settings,
+    const std::shared_ptr<core::Jobs>& jobs,
+    const hierarchy::View& view,
+    const std::stop_token& stop)
+{
+    const auto start = Clock::now();
+    auto scene =
+        render::HybridScene::create(*studio.renderer, nullptr, model.store, jobs, settings);
+    if (!scene)
+        return tl::unexpected(scene.error());
+    const auto settled = scene->settle(view, studio.scene, {}, stop);
+    if (!settled && settled.error().code == ErrorCode::interrupted)
+        return core::failure(ErrorCode::interrupted, "interrupted; no picture was written");
+    if (!settled)
+        return tl::unexpected(settled.error());
+    Picture picture;
+    picture.loadSeconds = std::chrono::duration<double>(Clock::now() - start).count();
+    // Once more: the first time, drivers still compile.
+    const auto drawn = scene->redraw(view, studio.scene);
+    if (!drawn)
+        return tl::unexpected(drawn.error());
+    picture.stats = *drawn;
+    picture.frames = settled->number + 1;
+    picture.uploadedBytes = settled->residentVoxelBytes + settled->meshes.uploadedBytes;
+    picture.residentBytes = settled->residentVoxelBytes;
+    picture.coarsening = settled->coarsening;
+    picture.damaged = settled->damaged;
+    picture.source = *settled;
+    const auto milliseconds = gpuMilliseconds(*studio.renderer);
+    if (!milliseconds)
+        return tl::unexpected(milliseconds.error());
+    picture.gpuMilliseconds = *milliseconds;
+    return picture;
+}
+
 void printJson(
     const VoxelPictureRequest& request,
     const voxels::StoredModel& model,
     const hierarchy::View& view,
     const Studio& studio,
     const Picture& picture,
+    const ShownSource& source,
     double seconds)
 {
     const render::VoxelStats& voxels = picture.stats.voxels;
@@ -128,6 +179,7 @@ void printJson(
     json["chunks_drawn"] = voxels.chunksDrawn;
     json["chunks_damaged"] = picture.damaged.size();
     json["chunk_bytes"] = picture.residentBytes;
+    json["source"] = sourceJson(source, picture.source);
     json["uploaded_bytes"] = picture.uploadedBytes;
     json["device_bytes"] = picture.stats.deviceBytes;
     json["frames"] = picture.frames;
@@ -164,9 +216,14 @@ int renderVoxels(const VoxelPictureRequest& request)
     const hierarchy::View view =
         viewTo(eye, target, request.fov, request.size.width, request.size.height, shown.up);
 
+    const auto source = sourceOf(shown, request.model, request.source);
+    if (!source)
+        return report(source.error());
+    const bool usesSource = source->read && needsSource(shown, view, request.voxelPixels);
     auto opening = openStudio(
         shown,
-        {.device = request.device,
+        {.hasSource = usesSource,
+         .device = request.device,
          .width = request.size.width,
          .height = request.size.height,
          .samples = request.samples,
@@ -179,21 +236,33 @@ int renderVoxels(const VoxelPictureRequest& request)
     if (!cacheBytes)
         return report(cacheBytes.error());
     constexpr std::uint64_t kAll = std::uint64_t{1} << 32U;
-    auto streamer = voxels::ChunkStreamer::create(
-        shown.store,
-        {.voxelPixels = request.voxelPixels,
-         .occlusion = false,
-         .cacheBytes = *cacheBytes,
-         .uploadBytes = kAll},
-        core::makeJobs(core::JobsBackend::automatic, request.threads));
-    if (!streamer)
-        return report(streamer.error());
-
-    render::VoxelScene how;
-    how.lattice = model.lattice;
-    how.tree = &(*streamer)->tree();
-    how.way = voxelWay(request.way);
-    const auto picture = drawComplete(studio, **streamer, view, how, progress, stop);
+    const voxels::StreamingSettings streaming{
+        .voxelPixels = request.voxelPixels,
+        .occlusion = false,
+        .cacheBytes = *cacheBytes,
+        .uploadBytes = kAll};
+    const std::shared_ptr<core::Jobs> jobs =
+        core::makeJobs(core::JobsBackend::automatic, request.threads);
+    const auto draw = [&]() -> core::Result<Picture> {
+        if (usesSource) {
+            progress.show("loading", -1);
+            render::HybridSettings settings;
+            settings.handOver.hysteresis = 1;
+            settings.streaming = streaming;
+            settings.way = voxelWay(request.way);
+            settings.source = source->read;
+            return drawWithSource(studio, shown, settings, jobs, view, stop);
+        }
+        auto streamer = voxels::ChunkStreamer::create(shown.store, streaming, jobs);
+        if (!streamer)
+            return tl::unexpected(streamer.error());
+        render::VoxelScene how;
+        how.lattice = model.lattice;
+        how.tree = &(*streamer)->tree();
+        how.way = voxelWay(request.way);
+        return drawComplete(studio, **streamer, view, how, progress, stop);
+    };
+    const auto picture = draw();
     if (!picture)
         return report(picture.error());
     const auto image = studio.renderer->readImage();
@@ -209,14 +278,18 @@ int renderVoxels(const VoxelPictureRequest& request)
             request.voxelPixels, request.voxelPixels * picture->coarsening, *cacheBytes);
         !note.empty())
         progress.say(note);
+    if (const std::string note = sourceNote(picture->source); !note.empty())
+        progress.say(note);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     if (request.json)
-        printJson(request, model, view, studio, *picture, seconds);
+        printJson(request, model, view, studio, *picture, *source, seconds);
     else
         progress.say(
             request.output + ": " + std::to_string(request.size.width) + "x" +
             std::to_string(request.size.height) + ", " + grouped(picture->stats.voxels.voxels) +
-            " voxels drawn by " + studio.device->description().name);
+            " voxels" +
+            (usesSource ? " and " + grouped(picture->stats.triangles) + " triangles" : "") +
+            " drawn by " + studio.device->description().name);
     return 0;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "Arguments.h"
+#include "ModelSource.h"
 
 #include <isofront/core/Result.h>
 
@@ -27,6 +28,7 @@ struct VoxelPictureRequest {
     std::string way = "auto";
     std::uint64_t cacheBytes = 0; ///< of the device, for chunks
     int samples = 1;              ///< of each pixel
+    SourceChoice source;          ///< where voxels are too large
     std::string device;
     std::size_t threads = 0;
     bool json = false;

@@ -403,6 +403,7 @@ TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
     json("voxelize t.obj --resolution 300 -o t.voxels");
     json("voxelize t.obj --resolution 300 --format folder -o t");
     json("voxelize proc:sphere --isovalue 100 --resolution 20 -o empty.voxels");
+    json("voxelize proc:sphere --resolution 16 -o ball.voxels");
     expectFailure("render empty.voxels -o empty.png", 3, {"empty.voxels", "no voxels"});
     const Json fine = json("render t.voxels --size 320x240 -o fine.png");
     const Json coarse = json("render t.voxels --size 320x240 --voxel-pixels 4 -o coarse.png");
@@ -444,8 +445,51 @@ TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
             "render proc:sphere -o a.png " + option,
             2,
             {option.substr(0, option.find(' ')), "no voxel model"});
+    for (const std::string option : {"--source a.obj", "--no-source"})
+        for (const std::string command : {"render proc:sphere -o a.png ", "fly --frames 1 "})
+            expectFailure(
+                command + option, 2, {option.substr(0, option.find(' ')), "no voxel model"});
+    expectFailure(
+        "render ball.voxels --source t.obj -o a.png", 2, {"--source t.obj", "ball.voxels"});
     for (const char* wrong : {"--way points", "--voxel-pixels 0", "--cache-mib 0", "--up 0,0,0"})
         EXPECT_EQ(run(std::string("render t.voxels -o a.png ") + wrong).exitCode, 2) << wrong;
+}
+
+TEST_F(ModelsCommand, showTheMeshThatAModelWasMadeFromCloseUp)
+{
+    fs::create_directories(folder / "meshes");
+    write("meshes/t.obj", kTetrahedron);
+    json("voxelize meshes/t.obj --resolution 40 -o t.voxels");
+    EXPECT_EQ(json("info t.voxels")["model"]["source"]["path"], "meshes/t.obj");
+    const std::string picture = "render t.voxels --size 160x120 -o ";
+    const Json near = json(picture + "near.png");
+    EXPECT_GT(near["source"]["triangles_drawn"], 4) << "cut along cells";
+    EXPECT_GT(near["source"]["bytes"], 100);
+    EXPECT_EQ(near["source"]["error"], nullptr);
+    EXPECT_EQ(near["source"]["is_full"], false);
+    const Json without = json(picture + "voxels.png --no-source");
+    EXPECT_EQ(without["source"], nullptr);
+    EXPECT_GT(without["voxels_drawn"], 100);
+    EXPECT_NE(contentsOf(folder / "near.png"), contentsOf(folder / "voxels.png"));
+    // voxels that are fine enough need no source
+    EXPECT_EQ(json(picture + "far.png --voxel-pixels 1000")["source"]["triangles_drawn"], 0);
+
+    fs::rename(folder / "meshes", folder / "moved");
+    const Outcome lost = run(picture + "lost.png --json");
+    EXPECT_EQ(lost.exitCode, 0) << lost.errors;
+    EXPECT_NE(lost.errors.find("t.obj"), std::string::npos) << lost.errors;
+    EXPECT_NE(lost.errors.find("--source"), std::string::npos) << lost.errors;
+    EXPECT_EQ(Json::parse(lost.output)["source"]["triangles_drawn"], 0);
+    EXPECT_EQ(contentsOf(folder / "lost.png"), contentsOf(folder / "voxels.png"));
+    json(picture + "moved.png --source moved/t.obj");
+    EXPECT_EQ(contentsOf(folder / "moved.png"), contentsOf(folder / "near.png"));
+
+    write("moved/t.obj", std::string(kTetrahedron) + "# another\n");
+    const Outcome changed = run(picture + "changed.png --source moved/t.obj --json");
+    EXPECT_EQ(changed.exitCode, 0) << changed.errors;
+    EXPECT_NE(changed.errors.find("changed"), std::string::npos) << changed.errors;
+    EXPECT_EQ(contentsOf(folder / "changed.png"), contentsOf(folder / "voxels.png"));
+    EXPECT_EQ(run(picture + "a.png --no-source --source moved/t.obj").exitCode, 2);
 }
 #endif
 

@@ -303,6 +303,7 @@ core::Result<void> HybridScene::Parts::show(
         frame.meshBlocks = handOver->meshBlocks();
         frame.voxelBlocks = handOver->voxelBlocks();
     }
+    frame.number = frames;
     frame.transition = weight;
     frame.voxelMilliseconds = millisecondsSince(start);
     lastVoxels = voxels;

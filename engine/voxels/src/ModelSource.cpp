@@ -49,7 +49,9 @@ core::Result<std::uint32_t> checksumOf(const std::filesystem::path& file)
 std::filesystem::path folderOf(const std::filesystem::path& model)
 {
     std::error_code ignored;
-    const std::filesystem::path whole = std::filesystem::weakly_canonical(model, ignored);
+    // absolute first: of a file that isn't there yet, a relative name would stay one
+    const std::filesystem::path whole =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(model, ignored), ignored);
     return (whole.has_filename() ? whole : whole.parent_path()).parent_path();
 }
 

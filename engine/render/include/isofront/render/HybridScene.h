@@ -46,6 +46,7 @@ struct HybridSettings {
 
 /// What one frame did.
 struct HybridFrame {
+    std::uint64_t number = 0; ///< of the frames drawn, from 1 on; 0 without voxels
     FrameStats drawn;
     UploadStats meshes;
     double surfaceMilliseconds = 0; ///< for the surface's update
