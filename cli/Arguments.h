@@ -60,6 +60,7 @@ Action addExtract(CLI::App& app);
 Action addInfo(CLI::App& app);
 Action addFly(CLI::App& app);
 Action addRender(CLI::App& app);
+Action addServe(CLI::App& app);
 Action addVoxelize(CLI::App& app);
 
 } // namespace isofront::cli

@@ -24,7 +24,8 @@ int main(int argc, char** argv)
         "  isofront info head.nrrd\n"
         "  isofront extract head.nrrd --isovalue 300 --closed -o bone.glb\n"
         "  isofront render proc:julia -o julia.png\n"
-        "  isofront voxelize dragon.ply.gz --resolution 2048 -o dragon.voxels\n\n"
+        "  isofront voxelize dragon.ply.gz --resolution 2048 -o dragon.voxels\n"
+        "  isofront serve --sources ~/scans\n\n"
         "Exit codes: 0 done, 2 bad usage, 3 bad input data, 4 input/output failure, 5 no usable\n"
         "device, 6 resource limit, 130 interrupted. 'isofront COMMAND --help' tells more.");
 
@@ -35,6 +36,9 @@ int main(int argc, char** argv)
     actions["extract"] = cli::addExtract(app);
     actions["info"] = cli::addInfo(app);
     actions["voxelize"] = cli::addVoxelize(app);
+#ifdef ISOFRONT_WITH_SERVER
+    actions["serve"] = cli::addServe(app);
+#endif
 #ifdef ISOFRONT_WITH_VULKAN
     actions["fly"] = cli::addFly(app);
     actions["render"] = cli::addRender(app);

@@ -38,6 +38,13 @@ FLOORS = {
             "charts", "gpu", "render",
         ],
     ),
+    "server": (
+        "server",
+        [
+            "core", "hierarchy", "fields", "volume", "elevation", "extractor", "surface", "voxels",
+            "exchange", "sources", "gpu", "render",
+        ],
+    ),
 }
 # A library that only some places may name: pattern of the include, folders or files allowed
 CONFINED = [
@@ -68,6 +75,9 @@ CONFINED = [
             "bench/src",
         ],
     ),
+    (r"boost/", ["server/src/http"]),
+    (r"prometheus/", ["server/src/Metrics.cpp"]),
+    (r"spdlog/", ["server/src/Log.cpp"]),
     (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),
 ]
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)

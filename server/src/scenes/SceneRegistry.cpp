@@ -1,0 +1,404 @@
+#include "SceneRegistry.h"
+
+#include "SceneFiles.h"
+
+#include <isofront/exchange/OutputFile.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+namespace isofront::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRecordFile = "scene.json";
+
+std::string newId()
+{
+    std::random_device device;
+    std::string id;
+    for (int word = 0; word < 4; ++word) {
+        std::uint32_t bits = device();
+        for (int digit = 0; digit < 8; ++digit, bits >>= 4U)
+            id += "0123456789abcdef"[bits & 15U];
+    }
+    return id;
+}
+
+bool isId(const std::string& text)
+{
+    return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+std::string now()
+{
+    const std::time_t time = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    std::tm utc{};
+    gmtime_r(&time, &utc);
+    std::array<char, 32> text{};
+    return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc)};
+}
+
+core::Error storageError(const fs::path& path, const std::error_code& error)
+{
+    return {
+        core::ErrorCode::inputOutput,
+        "the scene can't be stored: " + path.string() + ": " + error.message()};
+}
+
+std::uint64_t bytesOf(const OpenScene& scene)
+{
+    return scene.record.description ? scene.record.description->memoryBytes : 0;
+}
+
+} // namespace
+
+SceneRegistry::SceneRegistry(const Settings& settings, Log& log, Metrics& metrics)
+    : _settings(settings), _log(log), _metrics(metrics), _folder(settings.data / "scenes")
+{
+}
+
+SceneRegistry::~SceneRegistry()
+{
+    _stop.request_stop();
+    _preparer.request_stop();
+}
+
+core::Result<std::unique_ptr<SceneRegistry>>
+SceneRegistry::open(const Settings& settings, Log& log, Metrics& metrics)
+{
+    std::unique_ptr<SceneRegistry> registry(new SceneRegistry(settings, log, metrics));
+    if (const auto taken = registry->takeUp(); !taken)
+        return tl::unexpected(taken.error());
+    registry->_preparer = std::jthread(
+        [self = registry.get()](const std::stop_token& stop) { self->prepareAll(stop); });
+    return registry;
+}
+
+core::Result<void> SceneRegistry::takeUp()
+{
+    std::error_code error;
+    fs::create_directories(_folder, error);
+    if (error)
+        return core::failure(
+            core::ErrorCode::inputOutput,
+            "data: " + _folder.string() + ": can't be made: " + error.message() +
+                " (choose another folder with --data)");
+    fs::directory_iterator entry(_folder, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        std::error_code ignored;
+        if (isId(name))
+            takeUpScene(entry->path());
+        else if (name.starts_with(".new-") || name.starts_with(".gone-"))
+            fs::remove_all(entry->path(), ignored); // of a process that was killed
+    }
+    if (error)
+        return core::failure(
+            core::ErrorCode::inputOutput,
+            "data: " + _folder.string() + ": can't be listed: " + error.message());
+    return {};
+}
+
+void SceneRegistry::takeUpScene(const fs::path& folder)
+{
+    std::ifstream in(folder / kRecordFile, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    auto record = parseRecord(text.str());
+    if (!record || record->id != folder.filename().string()) {
+        _log.write(
+            LogLevel::error,
+            "scene left out",
+            {{"folder", folder.string()},
+             {"why", record ? "its record is of another scene" : record.error().message}});
+        return;
+    }
+    _storedBytes += record->storedBytes;
+    if (record->state == SceneRecord::State::preparing)
+        _toPrepare.push_back(record->id);
+    _records.emplace(record->id, std::move(*record));
+}
+
+std::vector<SceneRecord> SceneRegistry::list() const
+{
+    std::vector<SceneRecord> records;
+    {
+        const std::scoped_lock lock(_mutex);
+        for (const auto& [id, record] : _records)
+            records.push_back(record);
+    }
+    std::ranges::stable_sort(records, {}, &SceneRecord::created);
+    return records;
+}
+
+std::optional<SceneRecord> SceneRegistry::find(const std::string& id) const
+{
+    const std::scoped_lock lock(_mutex);
+    const auto found = _records.find(id);
+    return found == _records.end() ? std::nullopt : std::optional(found->second);
+}
+
+core::Result<SceneRecord> SceneRegistry::create(const std::string& name, const SceneOrigin& origin)
+{
+    if (origin.kind == SceneOrigin::Kind::procedural) {
+        if (const auto good = checkFormula(origin.text); !good)
+            return tl::unexpected(good.error());
+    } else if (const auto file = sourceFileIn(_settings.sources, origin.text); !file) {
+        return tl::unexpected(file.error());
+    }
+    return store(name, origin, nullptr);
+}
+
+core::Result<SceneRecord>
+SceneRegistry::create(const std::string& name, const SceneOrigin& origin, UploadedFile& file)
+{
+    return store(name, origin, &file);
+}
+
+core::Result<SceneRecord>
+SceneRegistry::store(const std::string& name, const SceneOrigin& origin, UploadedFile* file)
+{
+    SceneRecord record;
+    record.id = newId();
+    record.name = name.empty() ? origin.text : name;
+    record.created = now();
+    record.origin = origin;
+    std::error_code error;
+    if (file != nullptr)
+        record.storedBytes = fs::file_size(file->path(), error);
+    {
+        const std::scoped_lock lock(_mutex);
+        if (_records.size() + _comingScenes >= _settings.scenes)
+            return core::failure(
+                core::ErrorCode::resourceLimit,
+                "there are as many scenes as may be (" + std::to_string(_settings.scenes) +
+                    "): delete one");
+        if (_storedBytes + record.storedBytes > _settings.storageBytes)
+            return core::failure(
+                core::ErrorCode::resourceLimit,
+                "all uploads together may take " + std::to_string(_settings.storageBytes) +
+                    " bytes: delete a scene");
+        ++_comingScenes;
+        _storedBytes += record.storedBytes;
+    }
+    const fs::path coming = _folder / (".new-" + record.id);
+    core::Result<void> stored;
+    if (fs::create_directory(coming, error); error)
+        stored = tl::unexpected(storageError(coming, error));
+    if (stored && file != nullptr)
+        stored = file->moveTo(coming / origin.text);
+    if (stored)
+        stored = write(record, coming);
+    if (stored) {
+        if (fs::rename(coming, _folder / record.id, error); error)
+            stored = tl::unexpected(storageError(coming, error));
+    }
+    if (!stored)
+        fs::remove_all(coming, error);
+    const std::scoped_lock lock(_mutex);
+    --_comingScenes;
+    if (!stored) {
+        _storedBytes -= record.storedBytes;
+        return tl::unexpected(stored.error());
+    }
+    _records.emplace(record.id, record);
+    _toPrepare.push_back(record.id);
+    _changed.notify_all();
+    return record;
+}
+
+core::Result<void> SceneRegistry::write(const SceneRecord& record, const fs::path& folder) const
+{
+    auto out = exchange::OutputFile::create(folder / kRecordFile);
+    if (!out)
+        return tl::unexpected(out.error());
+    out->write(toText(record));
+    if (const auto written = out->commit(); !written)
+        return tl::unexpected(written.error());
+    return {};
+}
+
+core::Result<bool> SceneRegistry::remove(const std::string& id)
+{
+    std::error_code error;
+    const fs::path gone = _folder / (".gone-" + id);
+    {
+        const std::scoped_lock lock(_mutex);
+        const auto found = _records.find(id);
+        if (found == _records.end())
+            return false;
+        fs::rename(_folder / id, gone, error);
+        if (error)
+            return core::failure(
+                core::ErrorCode::inputOutput, "the scene can't be deleted: " + error.message());
+        _storedBytes -= found->second.storedBytes;
+        _records.erase(found);
+        if (const auto opened = _opened.find(id); opened != _opened.end() && opened->second.scene)
+            _opened.erase(opened); // those who hold it keep it
+        makeRoom();
+    }
+    fs::remove_all(gone, error); // at the next start, if it can't be now
+    return true;
+}
+
+core::Result<sources::Source>
+SceneRegistry::read(const SceneRecord& record, std::uint64_t limit) const
+{
+    sources::SourceOptions options = record.origin.options;
+    options.memoryLimit = limit;
+    options.stop = _stop.get_token();
+    std::string text = record.origin.text;
+    std::string hidden; // clients have no business with the folders of this machine
+    if (record.origin.kind == SceneOrigin::Kind::upload) {
+        const fs::path file = _folder / record.id / record.origin.text;
+        if (const auto contained = checkSelfContained(file); !contained)
+            return tl::unexpected(contained.error().within(record.origin.text));
+        hidden = (_folder / record.id / "").string();
+        text = file.string();
+    } else if (record.origin.kind == SceneOrigin::Kind::file) {
+        const auto file = sourceFileIn(_settings.sources, record.origin.text);
+        if (!file)
+            return tl::unexpected(file.error());
+        std::error_code ignored;
+        hidden = (fs::canonical(_settings.sources, ignored) / "").string();
+        text = file->string();
+    }
+    try {
+        auto source = sources::openSource(text, options);
+        if (source || hidden.empty())
+            return source;
+        core::Error error = source.error();
+        for (std::size_t at = error.message.find(hidden); at != std::string::npos;
+             at = error.message.find(hidden))
+            error.message.erase(at, hidden.size());
+        return tl::unexpected(error);
+    } catch (const std::exception& error) {
+        return core::failure(
+            core::ErrorCode::badData,
+            record.origin.text + ": can't be read: " + std::string(error.what()));
+    }
+}
+
+void SceneRegistry::prepareAll(const std::stop_token& stop)
+{
+    while (true) {
+        std::string id;
+        {
+            std::unique_lock lock(_mutex);
+            if (!_changed.wait(lock, stop, [this] { return !_toPrepare.empty(); }))
+                return;
+            id = _toPrepare.front();
+            _toPrepare.pop_front();
+        }
+        prepare(id, stop);
+    }
+}
+
+void SceneRegistry::prepare(const std::string& id, const std::stop_token& stop)
+{
+    auto record = find(id);
+    if (!record)
+        return;
+    const auto begin = std::chrono::steady_clock::now();
+    auto source = read(*record, _settings.memoryBytes / 2);
+    if (source) {
+        record->description = describe(*source);
+        record->state = SceneRecord::State::ready;
+    } else {
+        record->state = SceneRecord::State::failed;
+        record->failure = source.error().message;
+    }
+    if (stop.stop_requested())
+        return; // what was cut short is no failure of the scene's
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const std::scoped_lock lock(_mutex);
+    const auto found = _records.find(id);
+    if (found == _records.end())
+        return; // deleted meanwhile
+    if (const auto written = write(*record, _folder / id); !written)
+        _log.write(LogLevel::error, "scene not stored", {{"why", written.error().message}});
+    const bool isReady = record->state == SceneRecord::State::ready;
+    nlohmann::ordered_json fields{{"scene", id}, {"seconds", seconds}};
+    if (!isReady)
+        fields["why"] = record->failure;
+    _log.write(
+        isReady ? LogLevel::info : LogLevel::warning,
+        isReady ? "scene ready" : "scene refused",
+        fields);
+    found->second = *record;
+    // whoever has made it will look at it next
+    if (isReady && !_opened.contains(id))
+        _opened[id] = {
+            std::make_shared<const OpenScene>(OpenScene{*record, std::move(*source)}), ++_uses};
+    makeRoom();
+}
+
+std::uint64_t SceneRegistry::makeRoom()
+{
+    while (true) {
+        std::uint64_t bytes = 0;
+        std::size_t scenes = 0;
+        auto oldest = _opened.end();
+        for (auto opened = _opened.begin(); opened != _opened.end(); ++opened) {
+            if (!opened->second.scene)
+                continue;
+            ++scenes;
+            bytes += bytesOf(*opened->second.scene);
+            if (opened->second.scene.use_count() == 1 &&
+                (oldest == _opened.end() || opened->second.lastUse < oldest->second.lastUse))
+                oldest = opened;
+        }
+        if (bytes <= _settings.memoryBytes / 2 || oldest == _opened.end()) {
+            _metrics.set(Metrics::Level::openScenes, static_cast<double>(scenes));
+            _metrics.set(Metrics::Level::sceneBytes, static_cast<double>(bytes));
+            return bytes;
+        }
+        _opened.erase(oldest);
+    }
+}
+
+core::Result<std::shared_ptr<const OpenScene>> SceneRegistry::acquire(const SceneRecord& record)
+{
+    {
+        std::unique_lock lock(_mutex);
+        // another may be reading it
+        _changed.wait(lock, [&] {
+            const auto opened = _opened.find(record.id);
+            return opened == _opened.end() || opened->second.scene;
+        });
+        Opened& opened = _opened[record.id];
+        opened.lastUse = ++_uses;
+        if (opened.scene)
+            return opened.scene;
+    }
+    auto source = read(record, _settings.memoryBytes / 2);
+    const std::scoped_lock lock(_mutex);
+    _changed.notify_all();
+    if (source && !_records.contains(record.id))
+        source = core::failure(core::ErrorCode::usage, "the scene has just been deleted");
+    if (!source) {
+        _opened.erase(record.id);
+        return tl::unexpected(source.error());
+    }
+    auto shared = std::make_shared<const OpenScene>(OpenScene{record, std::move(*source)});
+    Opened& opened = _opened[record.id];
+    opened.scene = shared;
+    if (makeRoom() > _settings.memoryBytes) {
+        _opened.erase(record.id);
+        makeRoom();
+        return core::failure(
+            core::ErrorCode::resourceLimit,
+            "other scenes are open and take all the memory that the service may: try again");
+    }
+    return shared;
+}
+
+} // namespace isofront::server
