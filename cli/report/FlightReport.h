@@ -31,7 +31,7 @@ struct FrameRecord {
     std::uint64_t cellsFading = 0;    ///< drawn in some of the pixels that they cover only
 
     // Where voxels show all, or the distance; otherwise 0:
-    std::uint64_t voxels = 0;        ///< in the chunks drawn
+    std::uint64_t voxels = 0;        ///< in the chunks drawn, whole or in part
     std::uint64_t voxelChunks = 0;   ///< drawn
     std::uint64_t missingChunks = 0; ///< that the view needs, and that aren't there yet
     std::uint64_t voxelBytes = 0;    ///< of the chunks on the device

@@ -187,6 +187,9 @@ TEST_F(HybridScenes, haveNoHolesWhereMeshesAndVoxelsMeet)
         const auto covered = static_cast<std::size_t>(
             std::ranges::count_if(mesh.depth, [](float depth) { return depth > 0; }));
         mixed += shown > 200 && shown + 200 < covered ? 1U : 0U;
+        // what is cut where the other begins doesn't fade
+        EXPECT_EQ(hybrid.frame.drawn.cellsFading, 0U);
+        EXPECT_EQ(hybrid.frame.drawn.voxels.chunksFading, 0U);
         // what meshes show is where it would be without voxels, but for where these come before
         std::size_t moved = 0;
         for (std::size_t i = 0; i < mesh.depth.size(); ++i)

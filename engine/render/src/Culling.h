@@ -46,11 +46,16 @@ std::size_t moveFadingLast(
 
 /// The pictures that a frame shows, by the weight of the present one.
 std::uint32_t picturesShown(float weight);
+/// Whether a thing that is part of some of the pictures that a frame shows isn't part of all.
+inline bool isInTransition(std::uint32_t pictures, std::uint32_t shown)
+{
+    return (pictures & shown) != shown;
+}
 /// Whether a thing that is part of some pictures isn't shown in all pixels: because it is part of
 /// one only of those that a frame shows, or a part of its place is another's.
 inline bool isFading(std::uint32_t pictures, std::uint32_t shown)
 {
-    return (pictures & shown) != shown || (pictures & shared::kLooksUp) != 0;
+    return isInTransition(pictures, shown) || (pictures & shared::kLooksUp) != 0;
 }
 
 } // namespace isofront::render

@@ -8,6 +8,7 @@
 #include <isofront/gpu/Barriers.h>
 #include <isofront/gpu/Device.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
@@ -334,7 +335,10 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
         fillDraws(slot, cells, parts.sunlitPictures, parts.sunlit, parts.seen.size());
     stats.draws = parts.seen.size() + parts.sunlit.size();
     stats.cellsDrawn = parts.seen.size();
-    stats.cellsFading = parts.fading;
+    stats.cellsFading = static_cast<std::size_t>(
+        std::count_if(parts.seen.begin(), parts.seen.end(), [&](std::uint32_t cell) {
+            return isInTransition(parts.pictures[cell], shown);
+        }));
     stats.cellsCulled = parts.store.countIn(shown) - parts.seen.size();
     const core::Result<VoxelStats> voxelStats =
         parts.prepareVoxels(index, view, scene, voxels, redrawShadows);

@@ -70,6 +70,7 @@ struct Candidate {
     double distance = 0;     ///< of its box's nearest point [voxels]
     enum Kind { splat, cubes, fadingCubes, box } kind = cubes;
     std::uint32_t pictures = shared::kInBoth;
+    bool isInTransition = false; ///< in one of two pictures only
 
     /// An order that doesn't depend on how the draws were ordered.
     bool operator<(const Candidate& other) const
@@ -130,7 +131,7 @@ void append(VoxelFrame& frame, const Candidate& candidate, const LatticeView& vi
         frame.blocks.push_back({{index, voxel}});
     frame.stats.voxels += nodes;
     ++frame.stats.chunksDrawn;
-    frame.stats.chunksFading += candidate.pictures != shared::kInBoth ? 1 : 0;
+    frame.stats.chunksFading += candidate.isInTransition ? 1 : 0;
     if (candidate.kind == Candidate::splat) {
         frame.splatBlocks = static_cast<std::uint32_t>(frame.blocks.size());
         frame.stats.splatted += nodes;
@@ -199,6 +200,7 @@ std::optional<Candidate> candidateOf(
     else if (
         splats && (scene.way == VoxelWay::splats || (scene.way == VoxelWay::automatic && small)))
         candidate.kind = Candidate::splat;
+    candidate.isInTransition = isInTransition(shownIn, pictures);
     if (isFading(shownIn, pictures)) {
         candidate.pictures = shownIn;
         if (candidate.kind == Candidate::cubes)

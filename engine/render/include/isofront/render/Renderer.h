@@ -75,7 +75,7 @@ struct FrameStats {
     std::uint64_t shadowTriangles = 0; ///< in the cells that may cast shadows, drawn once more
     std::size_t draws = 0;
     std::size_t cellsDrawn = 0;
-    std::size_t cellsFading = 0; ///< of these, in one of two pictures only
+    std::size_t cellsFading = 0; ///< of these, in one of the two pictures of a transition only
     std::size_t cellsCulled = 0;
     std::uint64_t uploadedBytes = 0; ///< by the deltas since the last frame
     std::uint64_t poolBytesUsed = 0; ///< of the mesh pool, meshes on their way out included

@@ -116,10 +116,12 @@ struct FrameSight {
 
 /// What a frame's voxels were.
 struct VoxelStats {
-    std::uint64_t voxels = 0;        ///< in the chunks drawn, redundant nodes included
+    /// In the chunks drawn, redundant nodes included. All of a chunk's count, also of one that is
+    /// shown in part: at the hand-over, where meshes have some of its blocks.
+    std::uint64_t voxels = 0;
     std::uint64_t splatted = 0;      ///< of these, drawn by compute shaders
     std::size_t chunksDrawn = 0;     ///< in the view pyramid, and shown
-    std::size_t chunksFading = 0;    ///< of these, in one of two pictures only
+    std::size_t chunksFading = 0;    ///< of these, in one of the two pictures of a transition only
     std::size_t chunksCulled = 0;    ///< outside the view pyramid
     std::uint64_t shadowVoxels = 0;  ///< in the chunks that may cast shadows, drawn once more
     std::size_t boxes = 0;           ///< of chunks that are only tested
