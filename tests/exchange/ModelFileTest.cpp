@@ -188,6 +188,37 @@ TEST_F(ModelFileTest, saysWhatIsWrongWithWhatWasCutShort)
     }
 }
 
+TEST_F(ModelFileTest, readsObjLinesThatGoOnInTheNext)
+{
+    const std::string plain = "mtllib m.mtl\n# a comment\nv 0 0 0\nv 1 0 0 0.5 0.25 1\nv 0 1 0\n"
+                              "v 0 0 1\nf 1 2 3 4\nf -1 -2 -3\n";
+    setContent(path("m.mtl"), "");
+    setContent(path("plain.obj"), plain);
+    const voxels::TriangleModel expected = read("plain.obj");
+    ASSERT_EQ(expected.triangles.size(), 3U);
+    for (const std::string end : {"\\\n", " \\\n", "\\\r\n", "\\\n \\\n\t"}) {
+        // at any one blank, and at all of them at once; a comment ends where its line does
+        std::string all;
+        for (std::size_t i = 0; i < plain.size(); ++i) {
+            const bool isName = i < plain.find('v', 20);
+            all += plain[i] == ' ' && !isName ? end + " " : std::string(1, plain[i]);
+            if (plain[i] != ' ' || isName)
+                continue;
+            setContent(path("one.obj"), plain.substr(0, i) + end + plain.substr(i));
+            EXPECT_EQ(read("one.obj").positions, expected.positions) << i;
+            EXPECT_EQ(read("one.obj").triangles, expected.triangles) << i;
+        }
+        setContent(path("all.obj"), all);
+        EXPECT_EQ(read("all.obj").positions, expected.positions);
+        EXPECT_EQ(read("all.obj").triangles, expected.triangles);
+    }
+    setContent(path("comment.obj"), "# a comment \\\n" + plain + "f 1 2\\");
+    EXPECT_EQ(read("comment.obj").triangles, expected.triangles);
+    const auto bad = readBytes(".obj", "v 0 0 0\nv 1 \\\n1 \\\n1\nv x 0 0\n");
+    ASSERT_FALSE(bad);
+    EXPECT_NE(bad.error().message.find("line 5"), std::string::npos) << bad.error().message;
+}
+
 TEST_F(ModelFileTest, standsAnyDamage)
 {
     auto random = tests::random(11);

@@ -64,7 +64,7 @@ std::optional<Corner> cornerOf(std::string_view word, std::size_t positions, std
 core::Result<voxels::TriangleModel>
 readObj(std::span<const std::byte> bytes, const ModelContext& context)
 {
-    TextScanner text(bytes);
+    TextScanner text(bytes, Continuation::backslash);
     voxels::TriangleModel model;
     const ModelBudget budget(context.mostBytes);
     ObjMaterials materials(context, model);
