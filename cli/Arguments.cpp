@@ -112,6 +112,15 @@ core::Result<void> checkNoOptions(
     return {};
 }
 
+core::Error
+withOption(const core::Error& error, const std::string& option, const std::string& value)
+{
+    if (error.code != core::ErrorCode::resourceLimit ||
+        error.message.find(option) != std::string::npos)
+        return error;
+    return {error.code, error.message + " (" + option + " is " + value + ")"};
+}
+
 std::optional<std::vector<double>> parseNumbers(std::string_view text, std::size_t count)
 {
     std::vector<double> numbers;

@@ -49,6 +49,10 @@ core::Result<void> checkNoOptions(
     const CLI::App& command,
     std::initializer_list<std::string_view> wrong,
     const std::string& what);
+/// A failure; one for want of room says besides which option gives more of it, and what that is.
+/// @param option  as "--memory-limit"
+core::Error
+withOption(const core::Error& error, const std::string& option, const std::string& value);
 /// "1.5,-2,3e4", so many finite numbers and nothing else; nothing if it isn't that.
 std::optional<std::vector<double>> parseNumbers(std::string_view text, std::size_t count);
 /// "1.5,-2,3e4", three finite numbers.

@@ -95,9 +95,11 @@ int bench(const BenchArguments& arguments)
     for (std::size_t i = 0; i < chosen->size(); ++i) {
         const bench::Suite& suite = (*chosen)[i];
         context.say = [&](const std::string& what) {
+            // what is said may end in a share of its own
             progress.show(
-                suite.name + ": " + what,
-                static_cast<double>(i) / static_cast<double>(chosen->size()));
+                "suite " + std::to_string(i + 1) + " of " + std::to_string(chosen->size()) + ", " +
+                    suite.name + ": " + what,
+                -1);
         };
         context.say("begins");
         const auto start = std::chrono::steady_clock::now();

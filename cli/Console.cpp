@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <thread>
+#include <utility>
 
 namespace isofront::cli {
 
@@ -96,6 +97,13 @@ std::stop_token interruptions()
     }();
     static_cast<void>(started);
     return source.get_token();
+}
+
+EndedAtOnce::EndedAtOnce(const std::stop_token& stop, std::string line)
+    : _ending(stop, [line = std::move(line)] {
+          std::_Exit(report({core::ErrorCode::interrupted, line}));
+      })
+{
 }
 
 int report(const core::Error& error)

@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chrono>
+#include <functional>
 #include <stop_token>
 #include <string>
 
@@ -36,6 +37,19 @@ private:
 /// A token that is stopped when the user interrupts the process (SIGINT, SIGTERM). A second
 /// interruption ends the process at once.
 std::stop_token interruptions();
+
+/// What is said where a picture was to be made.
+inline constexpr const char* kNoPicture = "interrupted; no picture was written";
+
+/// While it lives, an interruption ends the process at once, with this line: for work that can't be
+/// stopped, as a large picture's on a device, and has nothing on the disk yet.
+class EndedAtOnce {
+public:
+    EndedAtOnce(const std::stop_token& stop, std::string line);
+
+private:
+    std::stop_callback<std::function<void()>> _ending;
+};
 
 /// Prints the one line of a failure, and turns it into the process's exit code.
 int report(const core::Error& error);

@@ -185,7 +185,8 @@ core::Result<FlightStage> stageOfField(
          .latticeSize = arguments.lattice,
          .updateMilliseconds = arguments.updateMilliseconds});
     if (!scene)
-        return tl::unexpected(scene.error());
+        return tl::unexpected(
+            far ? withCache(scene.error(), arguments.cacheMib << 20U) : scene.error());
     stage.scene.emplace(std::move(*scene));
     if (far)
         stage.voxelPixels = std::min(
@@ -247,7 +248,7 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
     options.hasSource = source->read != nullptr;
     auto studio = openStudio(*model, options);
     if (!studio)
-        return tl::unexpected(studio.error());
+        return tl::unexpected(withCache(studio.error(), options.voxelBytes));
     stage.studio = std::move(*studio);
     stage.jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
     auto scene = render::HybridScene::create(
@@ -260,7 +261,7 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
          .way = voxelWay(arguments.way),
          .source = std::move(source->read)});
     if (!scene)
-        return tl::unexpected(scene.error());
+        return tl::unexpected(withCache(scene.error(), options.voxelBytes));
     stage.scene.emplace(std::move(*scene));
     auto views = flightPath(*model, planOf(arguments, size));
     if (!views)

@@ -150,6 +150,11 @@ void addCacheOption(CLI::App& command, std::uint64_t& mib, const std::string& wh
         ->capture_default_str();
 }
 
+core::Error withCache(const core::Error& error, std::uint64_t cacheBytes)
+{
+    return withOption(error, "--cache-mib", grouped(cacheBytes >> 20U));
+}
+
 std::string coarserVoxelsNote(double asked, double effective, std::uint64_t cacheBytes)
 {
     if (!(effective > asked))

@@ -50,6 +50,8 @@ void addVoxelOptions(CLI::App& command, double& voxelPixels, std::string& way, s
 /// Adds `--cache-mib`.
 /// @param whose  as "voxel models: "
 void addCacheOption(CLI::App& command, std::uint64_t& mib, const std::string& whose);
+/// A failure to show voxels; one for want of room names `--cache-mib`.
+core::Error withCache(const core::Error& error, std::uint64_t cacheBytes);
 /// What voxels were shown with, if their cache left less than was asked for; else empty.
 /// @param asked, effective  of the largest voxel [px]
 std::string coarserVoxelsNote(double asked, double effective, std::uint64_t cacheBytes);

@@ -236,7 +236,7 @@ int render(const RenderArguments& arguments)
          .detail = options.detail,
          .latticeSize = arguments.lattice});
     if (!scene)
-        return report(scene.error());
+        return report(far ? withCache(scene.error(), arguments.cacheMib << 20U) : scene.error());
     if (far) {
         const std::string note = coarseFarFieldNote(
             *scene->handOver(), far->model().lattice.resolution, source->worldBox, {&view, 1});
@@ -244,10 +244,9 @@ int render(const RenderArguments& arguments)
             progress.say(note);
     }
     const Clock::time_point settling = Clock::now();
+    std::optional<EndedAtOnce> drawing(std::in_place, stop, kNoPicture);
     const auto frame = scene->settle(
-        view, studio->scene, [&](double share) { progress.show("extracting", share); }, stop);
-    if (stop.stop_requested())
-        return report({ErrorCode::interrupted, "interrupted; no picture was written"});
+        view, studio->scene, [&](double share) { progress.show("extracting", share); });
     if (!frame)
         return report(
             frame.error().code == ErrorCode::resourceLimit
@@ -261,8 +260,9 @@ int render(const RenderArguments& arguments)
     const auto image = studio->renderer->readImage();
     if (!image)
         return report(image.error());
+    drawing.reset();
     if (stop.stop_requested())
-        return report({ErrorCode::interrupted, "interrupted; no picture was written"});
+        return report({ErrorCode::interrupted, kNoPicture});
     const auto written = exchange::writePng(*image, arguments.output);
     if (!written)
         return report(written.error());

@@ -120,6 +120,11 @@ core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std:
     return options;
 }
 
+core::Error withMemoryLimit(const core::Error& error, const SourceArguments& arguments)
+{
+    return withOption(error, "--memory-limit", brief(arguments.memoryLimitGib) + " GiB");
+}
+
 std::string isovalueNote(double isovalue)
 {
     return "note: no --isovalue given; " + brief(isovalue) + " separates best";
@@ -131,7 +136,10 @@ openSource(const std::string& text, const SourceArguments& arguments, std::stop_
     const auto options = sourceOptions(arguments, std::move(stop));
     if (!options)
         return tl::unexpected<core::Error>(options.error());
-    return openSource(text, *options);
+    auto opened = openSource(text, *options);
+    if (!opened)
+        return tl::unexpected(withMemoryLimit(opened.error(), arguments));
+    return opened;
 }
 
 } // namespace isofront::cli

@@ -39,6 +39,9 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments);
 /// Errors: usage for texts that are not what an option wants.
 core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std::stop_token stop);
 
+/// A failure to open a source; one for want of room names `--memory-limit`.
+core::Error withMemoryLimit(const core::Error& error, const SourceArguments& arguments);
+
 /// What to say where nobody has given an isovalue for a volume.
 std::string isovalueNote(double isovalue);
 

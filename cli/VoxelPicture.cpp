@@ -55,8 +55,7 @@ core::Result<Picture> drawComplete(
     voxels::ChunkStreamer& streamer,
     const hierarchy::View& view,
     const render::VoxelScene& how,
-    Progress& progress,
-    const std::stop_token& stop)
+    Progress& progress)
 {
     const auto start = Clock::now();
     const double near = studio.renderer->defaultNearPlane();
@@ -65,8 +64,6 @@ core::Result<Picture> drawComplete(
     Picture picture;
     bool wasComplete = false;
     for (;;) {
-        if (stop.stop_requested())
-            return core::failure(ErrorCode::interrupted, "interrupted; no picture was written");
         const auto completed = studio.renderer->completedFrame();
         if (!completed)
             return tl::unexpected(completed.error());
@@ -117,17 +114,14 @@ core::Result<Picture> drawWithSource(
     const ShownModel& model,
     const render::HybridSettings& settings,
     const std::shared_ptr<core::Jobs>& jobs,
-    const hierarchy::View& view,
-    const std::stop_token& stop)
+    const hierarchy::View& view)
 {
     const auto start = Clock::now();
     auto scene =
         render::HybridScene::create(*studio.renderer, nullptr, model.store, jobs, settings);
     if (!scene)
         return tl::unexpected(scene.error());
-    const auto settled = scene->settle(view, studio.scene, {}, stop);
-    if (!settled && settled.error().code == ErrorCode::interrupted)
-        return core::failure(ErrorCode::interrupted, "interrupted; no picture was written");
+    const auto settled = scene->settle(view, studio.scene);
     if (!settled)
         return tl::unexpected(settled.error());
     Picture picture;
@@ -229,7 +223,7 @@ int renderVoxels(const VoxelPictureRequest& request)
          .samples = request.samples,
          .voxelBytes = request.cacheBytes});
     if (!opening)
-        return report(opening.error());
+        return report(withCache(opening.error(), request.cacheBytes));
     Studio studio = std::move(*opening);
     studio.scene.shadowDistance = shadowDistance(shown, eye);
     const auto cacheBytes = studio.renderer->chunkCacheBytes();
@@ -251,7 +245,7 @@ int renderVoxels(const VoxelPictureRequest& request)
             settings.streaming = streaming;
             settings.way = voxelWay(request.way);
             settings.source = source->read;
-            return drawWithSource(studio, shown, settings, jobs, view, stop);
+            return drawWithSource(studio, shown, settings, jobs, view);
         }
         auto streamer = voxels::ChunkStreamer::create(shown.store, streaming, jobs);
         if (!streamer)
@@ -260,14 +254,18 @@ int renderVoxels(const VoxelPictureRequest& request)
         how.lattice = model.lattice;
         how.tree = &(*streamer)->tree();
         how.way = voxelWay(request.way);
-        return drawComplete(studio, **streamer, view, how, progress, stop);
+        return drawComplete(studio, **streamer, view, how, progress);
     };
+    std::optional<EndedAtOnce> drawing(std::in_place, stop, kNoPicture);
     const auto picture = draw();
     if (!picture)
-        return report(picture.error());
+        return report(withCache(picture.error(), request.cacheBytes));
     const auto image = studio.renderer->readImage();
     if (!image)
         return report(image.error());
+    drawing.reset();
+    if (stop.stop_requested())
+        return report({ErrorCode::interrupted, kNoPicture});
     const auto written = exchange::writePng(*image, request.output);
     if (!written)
         return report(written.error());

@@ -100,7 +100,7 @@ core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const Sou
         return tl::unexpected(useful.error());
     auto read = exchange::readModel(arguments.source, options.memoryLimit);
     if (!read)
-        return tl::unexpected(read.error());
+        return tl::unexpected(withMemoryLimit(read.error(), arguments.input));
     const auto model = std::make_shared<const voxels::TriangleModel>(std::move(*read));
     auto file = voxels::describedSource(arguments.source, bare(arguments.output));
     if (!file)
@@ -126,7 +126,7 @@ core::Result<VoxelSource> openField(
 {
     auto opened = openSource(arguments.source, options);
     if (!opened)
-        return tl::unexpected(opened.error());
+        return tl::unexpected(withMemoryLimit(opened.error(), arguments.input));
     const auto from = std::make_shared<const Source>(std::move(*opened));
     for (const std::string& note : from->notes)
         say("note: " + note);
@@ -266,6 +266,11 @@ int voxelize(const VoxelizeArguments& arguments)
     progress.finish();
     if (!made && made.error().code == ErrorCode::interrupted)
         return report({ErrorCode::interrupted, "interrupted; nothing was written"});
+    if (!made && made.error().code == ErrorCode::inputOutput)
+        return report(
+            {ErrorCode::inputOutput,
+             made.error().within(arguments.source).message + " (temporary files go to " +
+                 settings.scratchFolder.string() + ": see --scratch)"});
     if (!made)
         return report(made.error().within(arguments.source));
     const double voxelizeSeconds = secondsSince(start) - loadSeconds;
