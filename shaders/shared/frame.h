@@ -55,6 +55,9 @@ struct Frame {
     // Texels along a side of the shadow map, width of a texel [world], 1 if there are shadows,
     // metres in a unit of its depth.
     vec4 shadowSize;
+    // The former picture's shadow map, of the same axes and size: what to add in place of
+    // shadowFromWorld's w; in w 1 if there is one.
+    vec4 formerShadow;
     // Albedos, linear. Terrain: rock, a second rock, grass, scree, snow. Studio: surface, caps.
     vec4 colours[5];
     // In x the weight of the present picture; see shared/transition.h.
@@ -91,11 +94,11 @@ static_assert(offsetof(isofront::shared::Frame, rayForward) == 8 * 16);
 static_assert(offsetof(isofront::shared::Frame, eyePhase) == 12 * 16);
 static_assert(offsetof(isofront::shared::Frame, sunDirection) == 14 * 16);
 static_assert(offsetof(isofront::shared::Frame, airScattering) == 18 * 16);
-static_assert(offsetof(isofront::shared::Frame, colours) == 29 * 16);
-static_assert(offsetof(isofront::shared::Frame, transition) == 34 * 16);
-static_assert(offsetof(isofront::shared::Frame, blockFromGrid) == 44 * 16);
-static_assert(offsetof(isofront::shared::Frame, blockCount) == 47 * 16);
-static_assert(sizeof(isofront::shared::Frame) == 48 * 16);
+static_assert(offsetof(isofront::shared::Frame, colours) == 30 * 16);
+static_assert(offsetof(isofront::shared::Frame, transition) == 35 * 16);
+static_assert(offsetof(isofront::shared::Frame, blockFromGrid) == 45 * 16);
+static_assert(offsetof(isofront::shared::Frame, blockCount) == 48 * 16);
+static_assert(sizeof(isofront::shared::Frame) == 49 * 16);
 static_assert(sizeof(isofront::shared::DrawnCell) == 16);
 #endif
 

@@ -3,6 +3,8 @@
 #include "render/support/VoxelFixture.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -61,10 +63,13 @@ protected:
         return shoot(*shown, fromOutside(), scene);
     }
     /// Each pixel of the mixed picture is that of one of the others, as the pattern says.
-    static void
-    expectMixed(const Shot& mixed, const Shot& former, const Shot& present, float weight)
+    static void expectMixed(
+        const Shot& mixed,
+        const Shot& former,
+        const Shot& present,
+        float weight,
+        const hierarchy::View& view = fromOutside())
     {
-        const hierarchy::View view = fromOutside();
         std::size_t wrong = 0;
         for (std::size_t i = 0; i < mixed.depth.size(); ++i) {
             const Shot& expected = showsPresent(view, i, weight) ? present : former;
@@ -134,6 +139,72 @@ TEST_F(Transitions, changeNothingWhereBothMeshesAreTheSame)
     shown->beginTransition();
     for (const float weight : kWeights)
         EXPECT_EQ(shoot(*shown, fromOutside(), sceneAt(weight)), first) << weight;
+}
+
+TEST_F(Transitions, showAtEachPixelTheFormerOrThePresentShadowsAsIfAlone)
+{
+    // A ball above the ground that goes elsewhere. In view is the ground, and on it both shadows.
+    const auto ground = cut(sheet(16, [](double, double) { return 0.25; }), 3, 1);
+    const auto before = cut(sphere({0.45, 0.5, 0.4}, 0.05, 24), 2, 2, 1);
+    const auto after = cut(sphere({0.52, 0.45, 0.4}, 0.04, 24), 2, 3, 1);
+    const hierarchy::View view = lookingAt({400, 560, 620}, {400, 545, 250}, 96, 96);
+    const auto sceneAt = [](float weight) {
+        render::Scene scene{.transition = weight, .antialias = false};
+        scene.sunDirection = {0.4, -0.3, 1.0};
+        scene.shadowDistance = 600;
+        scene.shadowInterval = 1000; // it is transitions that ask for new ones
+        return scene;
+    };
+    render::RendererOptions options = smallOptions();
+    options.shadowMapSize = 512;
+    const auto picture = [&](const std::vector<surface::ShownCell>& ball,
+                             const hierarchy::View& from) {
+        const auto shown = renderer(domain, options);
+        show(*shown, showing(ground, 1));
+        show(*shown, showing(ball, 2));
+        return shoot(*shown, from, sceneAt(1));
+    };
+    const auto shown = renderer(domain, options);
+    shown->holdChanges(true);
+    show(*shown, showing(ground, 1));
+    show(*shown, showing(before, 2));
+    shown->beginTransition();
+    const Shot former = picture(before, view);
+    const Shot present = picture(after, view);
+    std::size_t moved = 0;
+    for (std::size_t i = 0; i < former.depth.size(); ++i)
+        moved += former.depth[i] == present.depth[i] &&
+                         colourOf(former.image, i) != colourOf(present.image, i)
+                     ? 1U
+                     : 0U;
+    EXPECT_GT(moved, former.depth.size() / 40) << "shadows alone make a difference";
+    EXPECT_EQ(shoot(*shown, view, sceneAt(1)), former);
+    show(*shown, replacing(before, after, 3));
+    shown->beginTransition();
+    std::vector<bool> isDrawn;
+    for (const float weight : {0.0F, 0.2F, 0.5F, 0.77F}) {
+        const Shot mixed = shoot(*shown, view, sceneAt(weight));
+        expectMixed(mixed, former, present, weight, view);
+        isDrawn.push_back(mixed.stats.shadowTriangles > 0);
+    }
+    EXPECT_EQ(isDrawn, (std::vector{true, false, false, false}));
+
+    // Both maps stay where they are while the eye flies on.
+    const hierarchy::View further = lookingAt({412, 557, 615}, {410, 543, 250}, 96, 96);
+    const Shot flown = shoot(*shown, further, sceneAt(0.5F));
+    const std::array expected{picture(before, further), picture(after, further)};
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < flown.depth.size(); ++i) {
+        const Shot& alone = expected[showsPresent(further, i, 0.5F) ? 1 : 0];
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            wrong += std::abs(
+                         int{flown.image.rgba[4 * i + channel]} -
+                         int{alone.image.rgba[4 * i + channel]}) > 2
+                         ? 1U
+                         : 0U;
+    }
+    EXPECT_LE(wrong, flown.depth.size() / 500);
+    EXPECT_EQ(shoot(*shown, view, sceneAt(1)), present);
 }
 
 TEST_F(Transitions, followHeldDeltasUnderRandomChange)

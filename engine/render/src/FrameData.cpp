@@ -47,6 +47,20 @@ double modulo(double value, double period)
     return value - period * std::floor(value / period);
 }
 
+/// What is added to a place along the box's axes, to come to its place in the map.
+glm::dvec3 shadowOffsets(const SunBox& box, const glm::dvec3& scales)
+{
+    glm::dvec3 offsets(0.0, 0.0, 0.5);
+    for (std::size_t i = 0; i < 3; ++i)
+        offsets[i] -= box.centre[i] * scales[i];
+    return offsets;
+}
+
+glm::dvec3 shadowScales(const SunBox& box)
+{
+    return {1.0 / box.halfWidth, 1.0 / box.halfWidth, 0.5 / box.halfDepth};
+}
+
 void setShadows(
     shared::Frame& frame,
     const SunBox& box,
@@ -54,12 +68,11 @@ void setShadows(
     int texels,
     double metres)
 {
-    const std::array scales{1.0 / box.halfWidth, 1.0 / box.halfWidth, 0.5 / box.halfDepth};
-    const std::array middles{0.0, 0.0, 0.5};
+    const glm::dvec3 scales = shadowScales(box);
+    const glm::dvec3 offsets = shadowOffsets(box, scales);
     for (std::size_t i = 0; i < 3; ++i) {
-        const double offset = middles[i] - box.centre[i] * scales[i];
-        frame.shadowFromWorld[i] = row(box.axes[i] * scales[i], offset);
-        frame.shadowFromGrid[i] = row(gridFromDirection * box.axes[i] * scales[i], offset);
+        frame.shadowFromWorld[i] = row(box.axes[i] * scales[i], offsets[i]);
+        frame.shadowFromGrid[i] = row(gridFromDirection * box.axes[i] * scales[i], offsets[i]);
     }
     frame.shadowSize = shared::vec4(
         static_cast<float>(texels),
@@ -209,6 +222,12 @@ shared::Frame frameData(
         frame.blockCount = {grid.count.x, grid.count.y, grid.count.z, grid.bits};
     }
     return frame;
+}
+
+void setFormerShadows(shared::Frame& frame, const SunBox* box)
+{
+    if (box != nullptr)
+        frame.formerShadow = row(shadowOffsets(*box, shadowScales(*box)), 1.0);
 }
 
 } // namespace isofront::render

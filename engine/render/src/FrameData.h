@@ -54,4 +54,8 @@ shared::Frame frameData(
     int samples,
     const HandOver* handOver = nullptr);
 
+/// Adds where the former picture's shadow map lies.
+/// @param box  alike that of the present one, and seen from the same eye; null for none
+void setFormerShadows(shared::Frame& frame, const SunBox* box);
+
 } // namespace isofront::render

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -24,6 +25,17 @@ constexpr double kReachStep = 1.05;
 /// Share of the renderer's pool that a source may have: the rest is for ranges that don't fit, and
 /// where things fade, for what is on its way out.
 constexpr double kSourceShare = 0.75;
+
+/// The scene as a transition has it. What casts shadows changes only where one begins, and shadows
+/// are drawn anew then: in between, new ones would come at once.
+Scene faded(const Scene& scene, float weight)
+{
+    Scene shown = scene;
+    shown.transition = weight;
+    if (weight < 1)
+        shown.shadowInterval = std::numeric_limits<int>::max();
+    return shown;
+}
 
 double millisecondsSince(Clock::time_point start)
 {
@@ -251,8 +263,7 @@ core::Result<void> HybridScene::Parts::show(
     }
     if (handOver && weight >= 1)
         handOver->end();
-    Scene shown = scene;
-    shown.transition = weight;
+    const Scene shown = faded(scene, weight);
     VoxelScene voxels;
     voxels.way = settings.way;
     frame.isComplete = true;
@@ -356,8 +367,7 @@ HybridScene::frame(const hierarchy::View& view, const Scene& scene, double secon
 
 core::Result<FrameStats> HybridScene::redraw(const hierarchy::View& view, const Scene& scene)
 {
-    Scene shown = scene;
-    shown.transition = _parts->lastWeight;
+    const Scene shown = faded(scene, _parts->lastWeight);
     auto drawn = _parts->renderer->draw(view, shown, _parts->lastVoxels);
     if (!drawn)
         return drawn;

@@ -83,7 +83,7 @@ core::Result<Passes> Passes::create(
             VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT},
         gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_VERTEX_BIT},
         gpu::Binding{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_SHADER_STAGE_FRAGMENT_BIT}};
-    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage, kImage};
+    constexpr std::array kShadeBindings{kFrameInFragment, kImage, kImage, kImage, kImage, kImage};
     constexpr std::array kAntialiasBindings{kFrameInFragment, kImage};
     take(passes._mesh, [&] { return makeStage(device, kMeshBindings, slots); });
     take(passes._shade, [&] { return makeStage(device, kShadeBindings, slots); });
@@ -150,7 +150,8 @@ void Passes::bind(
     const gpu::Buffer& owners,
     const Targets& targets,
     const gpu::Image& colours,
-    const gpu::Image& shadowMap) const
+    const gpu::Image& shadowMap,
+    const gpu::Image& formerShadowMap) const
 {
     const gpu::Bound frameBound{.buffer = &frame};
     const auto read = [&](const gpu::Image& image) {
@@ -165,7 +166,8 @@ void Passes::bind(
             read(targets.depth),
             read(targets.surface),
             read(shadowMap),
-            read(colours)});
+            read(colours),
+            read(formerShadowMap)});
     _antialias.sets.write(
         slot,
         std::array{frameBound, gpu::Bound{.image = &targets.shaded, .sampler = _linear.get()}});

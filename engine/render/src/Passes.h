@@ -28,6 +28,7 @@ public:
 
     /// Points the descriptor sets of a slot, which the GPU must be done with, to its things.
     /// @param colours  of what has a colour of its own; any image if nothing in the frame has
+    /// @param formerShadowMap  of the former picture; may be the present one's
     void bind(
         std::size_t slot,
         const gpu::Buffer& frame,
@@ -35,7 +36,8 @@ public:
         const gpu::Buffer& owners,
         const Targets& targets,
         const gpu::Image& colours,
-        const gpu::Image& shadowMap) const;
+        const gpu::Image& shadowMap,
+        const gpu::Image& formerShadowMap) const;
 
     /// What a pass over the mesh needs to know.
     struct MeshDraw {

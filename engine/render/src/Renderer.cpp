@@ -12,7 +12,6 @@
 #include <array>
 #include <chrono>
 #include <cstring>
-#include <limits>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -75,15 +74,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         samples);
     if (!targets)
         return tl::unexpected(targets.error());
-    const auto shadowTexels = static_cast<std::uint32_t>(options.shadowMapSize);
-    core::Result<gpu::Image> shadowMap = gpu::Image::create(
-        device,
-        shadowTexels,
-        shadowTexels,
-        kDepthFormat,
-        VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT);
-    if (!shadowMap)
-        return tl::unexpected(shadowMap.error());
+    core::Result<SunMap> sun = SunMap::create(device, options.shadowMapSize);
+    if (!sun)
+        return tl::unexpected(sun.error());
     core::Result<Passes> passes = Passes::create(
         device, static_cast<std::uint32_t>(options.framesInFlight), samples, options.meshColours);
     if (!passes)
@@ -108,11 +101,10 @@ core::Result<std::unique_ptr<Renderer>> Renderer::create(
         .passes = std::move(*passes),
         .slots = std::move(slots),
         .copying = std::move(*copying),
-        .shadowMap = std::move(*shadowMap),
+        .sun = std::move(*sun),
         .seen = {},
         .pictures = {},
         .sunlitPictures = {},
-        .shadowBox = {},
         .sunlit = {},
         .voxels = {},
         .lastVoxels = {},
@@ -139,6 +131,7 @@ void Renderer::holdChanges(bool hold)
 void Renderer::beginTransition()
 {
     _parts->store.beginTransition();
+    _parts->sun.beginTransition();
 }
 
 void Renderer::clear()
@@ -199,9 +192,9 @@ core::Result<void> Renderer::Parts::record(
     bool castsVoxels)
 {
     Slot& slot = slots[index];
-    const auto shadowTexels = static_cast<int>(shadowMap.extent().width);
-    const shared::Frame frame =
-        frameData(domain, view, scene, shadowBox, shadowTexels, options.samples, handOver);
+    shared::Frame frame =
+        frameData(domain, view, scene, sun.box(), sun.texels(), options.samples, handOver);
+    setFormerShadows(frame, sun.formerBox());
     std::memcpy(slot.frame.mapped().data(), &frame, sizeof frame);
     // Where nothing has a colour of its own, nobody looks.
     const bool hasColours = withVoxels || options.meshColours;
@@ -210,7 +203,8 @@ core::Result<void> Renderer::Parts::record(
             return made;
     }
     const gpu::Image& colours = hasColours ? targets.colours : targets.surface;
-    passes.bind(index, slot.frame, slot.cells, slot.owners, targets, colours, shadowMap);
+    passes.bind(
+        index, slot.frame, slot.cells, slot.owners, targets, colours, sun.present(), sun.former());
 
     const VkCommandBuffer commands = slot.commands.get();
     slot.timestamps.reset(commands);
@@ -231,12 +225,12 @@ core::Result<void> Renderer::Parts::record(
             issueMeshes(buffer, slot, seen.size(), sunlit.size());
         }};
     if (redrawShadows)
-        passes.drawShadows(commands, index, shadowMap, draw, [&] {
+        passes.drawShadows(commands, index, sun.present(), draw, [&] {
             if (castsVoxels)
-                voxels->pass.drawShadows(commands, index, shadowMap.extent());
+                voxels->pass.drawShadows(commands, index, sun.present().extent());
         });
-    else if (!shadowBox.casts)
-        Passes::skipShadows(commands, shadowMap);
+    else if (!sun.box().casts)
+        Passes::skipShadows(commands, sun.present());
     pass("shadow");
     draw.cull = twoSided ? VK_CULL_MODE_NONE : VK_CULL_MODE_BACK_BIT;
     const std::size_t steady = seen.size() - fading;
@@ -266,20 +260,6 @@ core::Result<void> Renderer::Parts::record(
     return {};
 }
 
-bool Renderer::Parts::updateSun(const SunBox& wanted, int interval)
-{
-    const SunBox kept = shadowBox.seenFrom(domain, wanted.eye);
-    if (wanted.casts && mapAge < interval && kept.isNear(wanted)) {
-        shadowBox = kept;
-        ++mapAge;
-        return false;
-    }
-    shadowBox = wanted;
-    // Until it is really drawn, it must not be kept.
-    mapAge = std::numeric_limits<int>::max();
-    return wanted.casts;
-}
-
 core::Result<FrameStats>
 Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene& voxels)
 {
@@ -306,15 +286,18 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
     stats.gpuMilliseconds = std::accumulate(spans.begin(), spans.end(), 0.0);
 
     const std::span<const StoredCell> cells = parts.store.cells();
-    const SunBox sun =
-        sunBox(parts.domain, view, scene, static_cast<int>(parts.shadowMap.extent().width));
-    const std::uint32_t shown = picturesShown(shownWeight(scene));
+    const SunBox sun = sunBox(parts.domain, view, scene, parts.sun.texels());
+    const float weight = shownWeight(scene);
+    const std::uint32_t shown = picturesShown(weight);
     visibleInto(cells, gridView(parts.domain, view), parts.seen, shown);
     picturesInto(cells, parts.domain, voxels.handOver, shown, parts.seen, parts.pictures);
     parts.fading = moveFadingLast(parts.pictures, shown, parts.seen);
     parts.sunlit.clear();
-    const bool redrawShadows = parts.updateSun(sun, scene.shadowInterval);
-    if (redrawShadows) {
+    const core::Result<bool> redrawShadows =
+        parts.sun.update(*parts.device, parts.domain, sun, scene.shadowInterval, weight);
+    if (!redrawShadows)
+        return tl::unexpected(redrawShadows.error());
+    if (*redrawShadows) {
         visibleInto(cells, gridView(parts.domain, view, sun), parts.sunlit, shared::kInPresent);
         picturesInto(
             cells,
@@ -341,18 +324,18 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
         }));
     stats.cellsCulled = parts.store.countIn(shown) - parts.seen.size();
     const core::Result<VoxelStats> voxelStats =
-        parts.prepareVoxels(index, view, scene, voxels, redrawShadows);
+        parts.prepareVoxels(index, view, scene, voxels, *redrawShadows);
     if (!voxelStats)
         return tl::unexpected(voxelStats.error());
     stats.voxels = *voxelStats;
     const bool withVoxels = stats.voxels.chunksDrawn + stats.voxels.boxes > 0;
     const bool castsVoxels = stats.voxels.shadowVoxels > 0;
     if (core::Result<void> recorded = parts.record(
-            index, view, scene, voxels.handOver, redrawShadows, withVoxels, castsVoxels);
+            index, view, scene, voxels.handOver, *redrawShadows, withVoxels, castsVoxels);
         !recorded)
         return tl::unexpected(recorded.error());
-    if (redrawShadows)
-        parts.mapAge = 1;
+    if (*redrawShadows)
+        parts.sun.setDrawn();
     parts.nextSlot = (index + 1) % parts.slots.size();
     slot.streamed = voxels.frame;
     slot.hasVoxels = withVoxels;
@@ -369,7 +352,7 @@ Renderer::draw(const hierarchy::View& view, const Scene& scene, const VoxelScene
 
 std::optional<Sunlight> Renderer::sunlight(const hierarchy::View& view, const Scene& scene) const
 {
-    const auto texels = static_cast<int>(_parts->shadowMap.extent().width);
+    const int texels = _parts->sun.texels();
     const SunBox box = sunBox(_parts->domain, view, scene, texels);
     if (!box.casts)
         return std::nullopt;

@@ -3,7 +3,7 @@
 #include "MeshStore.h"
 #include "Passes.h"
 #include "Slot.h"
-#include "SunBox.h"
+#include "SunMap.h"
 #include "Targets.h"
 #include "VoxelPass.h"
 #include "VoxelStore.h"
@@ -38,14 +38,12 @@ struct Renderer::Parts {
     const Slot* lastSlot = nullptr; ///< of the last picture
     gpu::Commands copying;
     std::uint64_t uploadedSinceFrame = 0;
-    gpu::Image shadowMap;
+    SunMap sun;
     std::vector<std::uint32_t> seen;     ///< cells on screen, the nearest first; then fading ones
     std::size_t fading = 0;              ///< how many of them aren't shown in all pixels
     std::vector<std::uint32_t> pictures; ///< what those cells are part of
     std::vector<std::uint32_t> sunlitPictures;
-    SunBox shadowBox;                  ///< what the shadow map shows
-    int mapAge = 0;                    ///< in frames
-    std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into it
+    std::vector<std::uint32_t> sunlit; ///< cells that may cast shadows into the sun's map
     std::optional<VoxelParts> voxels;  ///< once there are some
     std::uint64_t voxelBytesSinceFrame = 0;
     std::optional<std::size_t> lastVoxels; ///< slot of the last picture, if that had voxels
@@ -77,8 +75,6 @@ struct Renderer::Parts {
         bool redrawShadows,
         bool withVoxels,
         bool castsVoxels);
-    /// Keeps the shadow map, or takes a new box for it. Returns true if it must be drawn.
-    bool updateSun(const SunBox& wanted, int interval);
     /// Copies an image of the last picture, four bytes a pixel.
     core::Result<std::vector<std::byte>> copied(const gpu::Image& image, const gpu::Use& now);
 };

@@ -155,13 +155,13 @@ core::Result<VoxelStats> Renderer::Parts::prepareVoxels(
         voxels->pass.splatsInto(targets.extent()),
         picturesShown(shownWeight(scene)));
     if (castsShadows && shown.casters.empty())
-        addCasters(frame, view, shown, shadowBox, *chunks);
+        addCasters(frame, view, shown, sun.box(), *chunks);
     if (castsShadows && !shown.casters.empty()) {
         const core::Result<std::vector<PlacedChunk>> casters =
             placedIn(voxels->store, shown.casters, *shown.tree);
         if (!casters)
             return tl::unexpected(casters.error());
-        addCasters(frame, view, shown, shadowBox, *casters);
+        addCasters(frame, view, shown, sun.box(), *casters);
     }
     frame.stats.uploadedBytes = std::exchange(voxelBytesSinceFrame, 0);
     frame.stats.poolBytesUsed = voxels->store.usedBytes();

@@ -20,9 +20,14 @@ SunBox SunBox::seenFrom(const hierarchy::Domain& domain, const hierarchy::GridPo
     return result;
 }
 
+bool SunBox::isAlike(const SunBox& other) const
+{
+    return casts == other.casts && halfWidth == other.halfWidth && axes == other.axes;
+}
+
 bool SunBox::isNear(const SunBox& other) const
 {
-    bool near = casts == other.casts && halfWidth == other.halfWidth && axes == other.axes;
+    bool near = isAlike(other);
     for (std::size_t i = 0; i < 2; ++i)
         near = near && std::abs(centre[i] - other.centre[i]) < 0.2 * halfWidth;
     return near;

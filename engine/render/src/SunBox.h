@@ -28,7 +28,9 @@ struct SunBox {
     /// The same place in the world, counted from another eye.
     [[nodiscard]] SunBox
     seenFrom(const hierarchy::Domain& domain, const hierarchy::GridPoint& otherEye) const;
-    /// True if the box covers nearly what the other does, of the same size and along the same axes.
+    /// True if the other is of the same size and along the same axes, wherever it is.
+    [[nodiscard]] bool isAlike(const SunBox& other) const;
+    /// True if the box is alike, and covers nearly what the other does.
     [[nodiscard]] bool isNear(const SunBox& other) const;
 };
 

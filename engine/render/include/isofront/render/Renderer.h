@@ -123,6 +123,8 @@ public:
     ///
     /// Between the two, Scene::transition decides, pixel by pixel. Each pixel shows what it would
     /// show if its picture were drawn alone: so there are no holes and no double surfaces between.
+    /// Shadows take part from the next frame on, if it shows the former picture; what the sun sees
+    /// of that is kept, in a second map, until a frame shows the present one alone.
     void beginTransition();
     /// Forgets all cells, at once.
     void clear();

@@ -60,7 +60,8 @@ struct Scene {
     /// a second pass over the mesh. Shadows blur with the distance they have to cover.
     double shadowDistance = 3000.0;
     /// The shadow map is drawn anew every so many frames, >= 1, or sooner when the eye has flown a
-    /// tenth of its width. More saves time; shadows then lag behind the mesh's changes.
+    /// tenth of its width. More saves time; shadows then lag behind the mesh's changes. Those that
+    /// fade (Renderer::beginTransition) don't: it is drawn anew when they begin to.
     int shadowInterval = 1;
     /// Weight of the present picture against the former one, in [0, 1]: TransitionClock::weight. So
     /// large a share of the pixels shows the present one. Without a number, all do.
