@@ -8,13 +8,61 @@
 
 #include <isofront/server/Server.h>
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 namespace isofront::server {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A folder of scenes that no other service uses at the same time.
+class DataFolder {
+public:
+    /// Makes it, for nobody else on this machine, if it isn't there.
+    static core::Result<DataFolder> take(const fs::path& path)
+    {
+        const auto refused = [&](const std::string& why) {
+            return core::failure(
+                core::ErrorCode::inputOutput,
+                "data: " + path.string() + ": " + why + " (choose another folder with --data)");
+        };
+        std::error_code error;
+        const bool isNew = fs::create_directories(path, error);
+        if (error)
+            return refused("can't be made: " + error.message());
+        if (isNew)
+            fs::permissions(path, fs::perms::owner_all, error);
+        DataFolder folder;
+        folder._lock = open((path / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+        if (folder._lock < 0)
+            return refused(std::string("can't be written: ") + std::strerror(errno));
+        if (flock(folder._lock, LOCK_EX | LOCK_NB) != 0)
+            return refused("another service uses it");
+        return folder;
+    }
+
+    DataFolder(DataFolder&& other) noexcept : _lock(std::exchange(other._lock, -1)) {}
+    DataFolder& operator=(DataFolder&&) = delete;
+    ~DataFolder()
+    {
+        if (_lock >= 0)
+            close(_lock);
+    }
+
+private:
+    DataFolder() = default;
+
+    int _lock = -1;
+};
 
 /// The folder in which uploads come in, empty: what is there is of a process that was killed.
 core::Result<fs::path> makeUploads(const Settings& settings)
@@ -39,12 +87,20 @@ core::Result<fs::path> makeUploads(const Settings& settings)
 } // namespace
 
 struct Server::Parts {
-    Parts(const Settings& itsSettings, Tokens tokens)
-        : settings(itsSettings), log(settings), service(settings, std::move(tokens), log, metrics)
+    Parts(const Settings& itsSettings, Tokens tokens, DataFolder folder)
+        : settings(itsSettings), data(std::move(folder)), log(settings),
+          service(settings, std::move(tokens), log, metrics)
     {
     }
 
+    ~Parts()
+    {
+        if (scenes)
+            scenes->stop(); // nobody waits for what is still being read
+    }
+
     Settings settings;
+    DataFolder data;
     Log log;
     Metrics metrics;
     std::unique_ptr<SceneRegistry> scenes;
@@ -65,10 +121,14 @@ core::Result<std::unique_ptr<Server>> Server::start(const Settings& settings)
             return tl::unexpected(read.error());
         tokens = std::move(*read);
     }
+    auto data = DataFolder::take(settings.data);
+    if (!data)
+        return tl::unexpected(data.error());
     const auto uploads = makeUploads(settings);
     if (!uploads)
         return tl::unexpected(uploads.error());
-    auto parts = std::make_unique<Parts>(settings, std::move(tokens));
+    auto parts = std::make_unique<Parts>(settings, std::move(tokens), std::move(*data));
+    std::signal(SIGPIPE, SIG_IGN); // a log that nobody reads any more ends no service
     auto scenes = SceneRegistry::open(settings, parts->log, parts->metrics);
     if (!scenes)
         return tl::unexpected(scenes.error());

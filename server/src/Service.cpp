@@ -95,6 +95,15 @@ std::optional<Response> Service::refuseForLoad() const
     return problem(503, "too many requests at once: try again").with("Retry-After", "1");
 }
 
+std::optional<Response> Service::refuseStream() const
+{
+    if (_metrics.value(Metrics::Level::streams) < _settings.streams)
+        return std::nullopt;
+    _metrics.count(Metrics::Count::refused);
+    return problem(503, "as many clients are connected as may be: try again")
+        .with("Retry-After", "5");
+}
+
 Response Service::answer(const Request& request, const Admission& admission)
 {
     try {

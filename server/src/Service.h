@@ -43,6 +43,8 @@ public:
     /// one
     /// (`Metrics::Level::requests`) until it is answered.
     [[nodiscard]] std::optional<Response> refuseForLoad() const;
+    /// The same of `Settings::streams`; whoever goes on counts itself as one of those.
+    [[nodiscard]] std::optional<Response> refuseStream() const;
     /// Does what was admitted. Never throws: what goes wrong inside is logged and becomes a 500.
     Response answer(const Request& request, const Admission& admission);
     /// Opens the conversation that was admitted.

@@ -108,7 +108,10 @@ constexpr Setting list(std::string_view name, std::string_view value, std::strin
         [](const Settings& settings) { return listShown(settings.*member); }};
 }
 
-template <std::uint64_t Settings::*member, std::uint64_t least>
+template <
+    std::uint64_t Settings::*member,
+    std::uint64_t least,
+    std::uint64_t most = std::numeric_limits<std::uint64_t>::max()>
 constexpr Setting bytes(std::string_view name, std::string_view help)
 {
     return {
@@ -117,9 +120,13 @@ constexpr Setting bytes(std::string_view name, std::string_view help)
         help,
         [](Settings& settings, const std::string& text) -> core::Result<void> {
             const auto number = bytesOf(text);
-            if (!number || *number < least)
+            if (!number || *number < least || *number > most)
                 return wrong(
-                    text, "a number of bytes from " + bytesShown(least) + " on, such as 512MiB");
+                    text,
+                    "a number of bytes from " + bytesShown(least) +
+                        (most == std::numeric_limits<std::uint64_t>::max()
+                             ? " on, such as 512MiB"
+                             : " to " + bytesShown(most)));
             settings.*member = *number;
             return {};
         },
@@ -215,7 +222,7 @@ const std::array kTable{
             return {};
         },
         [](const Settings& settings) { return listShown(settings.anonymous); }},
-    bytes<&Settings::headerBytes, 1024>("max-header", "the longest header of a request"),
+    bytes<&Settings::headerBytes, 1024, 32768>("max-header", "the longest header of a request"),
     bytes<&Settings::bodyBytes, 1024>("max-body", "the longest body of a request that isn't an upload"),
     bytes<&Settings::uploadBytes, 0>("max-upload", "the largest file that may be uploaded"),
     bytes<&Settings::storageBytes, 0>("max-storage", "how much all uploads may take together"),

@@ -6,6 +6,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -56,7 +57,14 @@ public:
     }
 
     /// True once the other side has closed, and all that it had sent has been read.
-    bool isClosed() { return _read.empty() && !receive(); }
+    bool isClosed()
+    {
+        if (!_read.empty())
+            return false;
+        char byte = 0;
+        const ssize_t count = recv(_socket, &byte, 1, 0);
+        return count == 0 || (count < 0 && errno == ECONNRESET);
+    }
 
     /// The next answer; without a body if that of a HEAD.
     HttpAnswer answer(bool isOfHead = false)

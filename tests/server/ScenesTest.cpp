@@ -129,6 +129,22 @@ TEST_F(Scenes, thatWereNotLookedAtAreLookedAtAfterARestart)
     EXPECT_EQ(prepared(made->id).state, SceneRecord::State::ready);
 }
 
+TEST_F(Scenes, thatTheServiceDiesOfAreGivenUp)
+{
+    const auto made = formula("proc:torus");
+    ASSERT_TRUE(made);
+    const fs::path file = settings.data / "scenes" / made->id / "scene.json";
+    prepared(made->id);
+    registry.reset();
+    SceneRecord killer = *made;
+    killer.attempts = 2;
+    std::ofstream(file, std::ios::binary) << toText(killer);
+    open();
+    const SceneRecord record = prepared(made->id);
+    EXPECT_EQ(record.state, SceneRecord::State::failed);
+    EXPECT_NE(record.failure.find("ended each time"), std::string::npos);
+}
+
 TEST_F(Scenes, areGoneWhenDeleted)
 {
     const auto made = uploadBall(16);
@@ -298,6 +314,14 @@ TEST(Uploads, thatNameOtherFilesAreRefused)
     EXPECT_FALSE(isGood("a.mha", "NDims = 3\nElementDataFile = /etc/passwd\n"));
     EXPECT_FALSE(isGood("a.mha", "NDims = 3\nelementdatafile=x.raw\nElementDataFile = LOCAL\n"));
     EXPECT_FALSE(isGood("a.mha", "NDims = 3\n"));
+    // what one library takes for a line, and another for two
+    EXPECT_FALSE(isGood("a.nrrd", "NRRD0004\n# c\rdata file: /etc/passwd\nsizes: 4 4 4\n\nx"));
+    EXPECT_FALSE(isGood("a.mha", "ElementDataFile \r = /etc/passwd\nElementDataFile = LOCAL\n"));
+    EXPECT_FALSE(isGood(
+        "a.mha", std::string("ElementDataFile\0x = /etc/passwd\nElementDataFile = LOCAL\n", 53)));
+    EXPECT_FALSE(
+        isGood("a.mha", "Comment = " + std::string(1000, 'x') + "\nElementDataFile = LOCAL\n"));
+    EXPECT_FALSE(isGood("a.nrrd", std::string(3'000'000, 'x')));
     EXPECT_TRUE(isGood("a.vdb", "anything"));
 }
 

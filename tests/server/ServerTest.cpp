@@ -183,7 +183,6 @@ TEST_F(Served, refusesWhatIsTooLongAndSaysSo)
 
 TEST_F(Served, refusesWhatIsMalformed)
 {
-    settings.headerSeconds = 0.3;
     start();
     for (const std::string& bytes :
          {std::string("GARBAGE\r\n\r\n"),
@@ -198,21 +197,31 @@ TEST_F(Served, refusesWhatIsMalformed)
                       "Content-Length: 6\r\n\r\nabcdef"),
           std::string("POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked"
                       "\r\n\r\nzz\r\n"),
+          std::string("POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked, "
+                      "identity\r\n\r\n"),
+          std::string("POST /v1/scenes HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: gzip\r\n"
+                      "\r\n"),
+          std::string("GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n"),
           std::string("GET /%2e%2e/etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n"),
           std::string("GET ../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n")}) {
         HttpClient client(server->port());
         client.send(bytes);
         EXPECT_EQ(client.answer().status, 400) << bytes;
     }
-    HttpClient slow(server->port());
-    slow.send("GET /heal");
-    EXPECT_TRUE(slow.isClosed());
     EXPECT_EQ(ask("POST", "/v1/scenes", kJson, "{").status, 400);
     EXPECT_EQ(ask("POST", "/v1/scenes", kJson, R"({"formula": 7})").status, 400);
     EXPECT_EQ(ask("POST", "/v1/scenes", kJson, R"({"formula": "proc:none"})").status, 400);
     EXPECT_EQ(ask("POST", "/v1/scenes", "", R"({"formula": "proc:sphere"})").status, 415);
     EXPECT_EQ(ask("POST", "/v1/uploads?file=a.exe", "", "a").status, 415);
     EXPECT_EQ(ask("POST", "/v1/uploads", "", "a").status, 400);
+    EXPECT_EQ(ask("POST", "/v1/uploads?file=a.png&height_scale=.5", "", "a").status, 201);
+    EXPECT_EQ(
+        ask("POST",
+            "/v1/scenes",
+            kJson,
+            R"({"formula": "proc:sphere?)" + std::string(2000, 'a') + "\"}")
+            .status,
+        400);
     EXPECT_EQ(ask("PUT", "/v1/scenes").status, 405);
     EXPECT_EQ(ask("BREW", "/v1/scenes").status, 405);
     EXPECT_EQ(ask("GET", "/none").status, 404);
@@ -294,10 +303,14 @@ TEST_F(Served, turnsAwayWhoIsOneTooMany)
     EXPECT_EQ(first.ask("GET", "/healthz").status, 200);
 }
 
-TEST_F(Served, closesIdleConnections)
+TEST_F(Served, closesIdleConnectionsAndThoseThatNeverCome)
 {
-    settings.idleSeconds = 0.2;
+    settings.idleSeconds = 1;
+    settings.headerSeconds = 1;
     start();
+    HttpClient slow(server->port());
+    slow.send("GET /heal");
+    EXPECT_TRUE(slow.isClosed());
     HttpClient client(server->port());
     EXPECT_EQ(client.ask("GET", "/healthz").status, 200);
     EXPECT_TRUE(client.isClosed());
@@ -344,6 +357,36 @@ TEST_F(Served, endsInTimeWhoeverStays)
     server.reset();
     EXPECT_TRUE(busy.isClosed());
     EXPECT_TRUE(std::filesystem::is_empty(settings.data / "uploads"));
+}
+
+/// Whatever is being sent while it ends, nothing of it is touched afterwards (for the sanitizers).
+TEST_F(Served, endsWhileClientsSend)
+{
+    settings.drainSeconds = 0.1;
+    for (int round = 0; round < 5; ++round) {
+        start();
+        std::atomic<bool> isOver = false;
+        std::atomic<int> sending = 0;
+        std::vector<std::thread> clients;
+        for (int i = 0; i < 4; ++i)
+            clients.emplace_back([&isOver, &sending, port = server->port()] {
+                HttpClient client(port);
+                client.send("POST /v1/uploads?file=a.raw HTTP/1.1\r\nHost: localhost\r\n"
+                            "Expect: 100-continue\r\nContent-Length: 4000000000\r\n\r\n");
+                EXPECT_EQ(client.answer().status, 100);
+                ++sending;
+                while (!isOver && client.send(std::string(100'000, 'a')))
+                    ;
+            });
+        while (sending < 4)
+            std::this_thread::yield();
+        EXPECT_FALSE(server->drain());
+        server.reset();
+        isOver = true;
+        for (std::thread& client : clients)
+            client.join();
+        EXPECT_TRUE(std::filesystem::is_empty(settings.data / "uploads"));
+    }
 }
 
 TEST_F(Served, keepsItsPromisesToManyAtOnce)
@@ -447,6 +490,10 @@ TEST(Server, saysWhyItCantStart)
     Settings same = settings;
     same.port = (*first)->port();
     same.data = folder.path / "other";
+    Settings sameFolder = settings;
+    const auto second = Server::start(sameFolder);
+    ASSERT_FALSE(second);
+    EXPECT_NE(second.error().message.find("another service uses it"), std::string::npos);
     const auto taken = Server::start(same);
     ASSERT_FALSE(taken);
     EXPECT_EQ(taken.error().code, core::ErrorCode::inputOutput);

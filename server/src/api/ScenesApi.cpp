@@ -5,7 +5,9 @@
 #include <isofront/core/Hash.h>
 #include <isofront/fields/Procedural.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -16,6 +18,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 200;
+constexpr std::size_t kLongestSource = 1000;
+/// Of what describes a scene; objects are searched key by key.
+constexpr std::size_t kLongestBody = std::size_t{16} << 10U;
 
 /// A weak tag of what a client is told: it changes when that does.
 Response tagged(const Json& json)
@@ -53,6 +58,8 @@ Response createScene(SceneRegistry& scenes, const Request& request)
 {
     if (!request.header("content-type").starts_with("application/json"))
         return problem(415, "send a JSON object as application/json");
+    if (request.body.size() > kLongestBody)
+        return problem(413, "a scene is described by up to 16 KiB");
     const Json json = Json::parse(request.body, nullptr, false);
     if (!json.is_object())
         return problem(400, "the body is no JSON object");
@@ -84,15 +91,26 @@ Response createScene(SceneRegistry& scenes, const Request& request)
         return problem(400, "give a 'formula', as proc:terrain?preset=canyon, or a 'file'");
     if (name.size() > kLongestName)
         return problem(400, "a name has up to 200 bytes");
+    if (origin.text.size() > kLongestSource)
+        return problem(400, "a formula or a path has up to 1000 bytes");
     const auto record = scenes.create(name, origin);
     return record ? created(*record) : refusedScene(record.error());
 }
 
-/// The numbers of "1,2,3" as a JSON array, or the text itself where it isn't that.
+/// The numbers of "1,2.5,.3" as a JSON array, or the text itself where it isn't that.
 Json numbersOf(const std::string& text)
 {
-    const Json numbers = Json::parse("[" + text + "]", nullptr, false);
-    return numbers.is_array() ? numbers : Json(text);
+    Json numbers = Json::array();
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        double number = 0;
+        const auto read = std::from_chars(text.data() + begin, text.data() + end, number);
+        if (read.ec != std::errc{} || read.ptr != text.data() + end)
+            return text;
+        numbers.push_back(number);
+        begin = end + 1;
+    }
+    return numbers;
 }
 
 Response createUpload(SceneRegistry& scenes, const Request& request)
@@ -112,7 +130,10 @@ Response createUpload(SceneRegistry& scenes, const Request& request)
             options[key] = numbersOf(*value);
     for (const char* const key : {"height_scale", "no_data"})
         if (const auto value = request.queried(key))
-            options[key] = numbersOf(*value).at(0);
+            options[key] = numbersOf(*value).front();
+    const std::string sceneName = request.queried("name").value_or("");
+    if (sceneName.size() > kLongestName)
+        return problem(400, "a name has up to 200 bytes");
     auto parsed = parseOptions(options);
     if (!parsed)
         return problem(parsed.error());

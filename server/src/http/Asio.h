@@ -19,6 +19,8 @@
 #include <boost/beast/http.hpp>
 
 #include <chrono>
+#include <cstdint>
+#include <exception>
 #include <utility>
 
 namespace isofront::server {
@@ -29,20 +31,28 @@ namespace http = boost::beast::http;
 using tcp = boost::asio::ip::tcp;
 using ErrorCode = boost::system::error_code;
 
-/// Runs `work` elsewhere, and goes on here with what it returns, which must not be void. It must
-/// not throw, and what it refers to must outlive it.
+/// Runs `work` elsewhere, and goes on here with what it returns or throws. That must be something
+/// that can be made by default, and what `work` refers to must outlive it.
 template <typename Executor, typename Work>
 auto runOn(Executor executor, Work work)
 {
     using Value = decltype(work());
-    return net::async_initiate<const net::use_awaitable_t<>&, void(Value)>(
+    return net::async_initiate<const net::use_awaitable_t<>&, void(std::exception_ptr, Value)>(
         [](auto handler, Executor there, Work todo) {
             net::post(there, [handler = std::move(handler), todo = std::move(todo)]() mutable {
-                Value value = todo();
+                std::exception_ptr thrown;
+                Value value{};
+                try {
+                    value = todo();
+                } catch (...) {
+                    thrown = std::current_exception();
+                }
                 const auto here = net::get_associated_executor(handler);
-                net::post(here, [handler = std::move(handler), value = std::move(value)]() mutable {
-                    handler(std::move(value));
-                });
+                net::post(
+                    here,
+                    [handler = std::move(handler), thrown, value = std::move(value)]() mutable {
+                        handler(thrown, std::move(value));
+                    });
             });
         },
         net::use_awaitable,

@@ -1,10 +1,10 @@
 #include "Connection.h"
 
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -18,6 +18,8 @@ namespace {
 /// answer before its connection is reset [bytes].
 constexpr std::size_t kMostDiscarded = std::size_t{4} << 20U;
 constexpr double kDiscardSeconds = 2;
+/// Of a body, in either direction [bytes/s].
+constexpr double kLeastRate = 4096;
 constexpr std::size_t kPiece = std::size_t{256} << 10U;
 
 Method methodOf(http::verb verb)
@@ -86,7 +88,9 @@ public:
         static std::atomic<std::uint64_t> number = 0;
         const std::filesystem::path path =
             folder / (std::to_string(getpid()) + "-" + std::to_string(++number) + ".part");
-        _file.reset(std::fopen(path.c_str(), "wbx"));
+        // for nobody else on this machine
+        const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+        _file.reset(descriptor >= 0 ? fdopen(descriptor, "wb") : nullptr);
         if (_file)
             _uploaded = std::make_shared<UploadedFile>(path);
         else
@@ -138,17 +142,13 @@ Connection::Connection(tcp::socket socket, Shared& shared)
     _stream.socket().set_option(tcp::no_delay(true), error);
 }
 
-void Connection::end(bool atOnce)
+void Connection::end()
 {
     _isLast = true;
-    if (_conversation) {
-        if (atOnce)
-            _conversation->abort();
-        else
-            _conversation->end();
-    } else if (atOnce || _isIdle) {
+    if (_conversation)
+        _conversation->end();
+    else if (_isIdle)
         _stream.close();
-    }
 }
 
 net::awaitable<void> Connection::serve()
@@ -175,6 +175,13 @@ net::awaitable<void> Connection::turnAway()
     expireAfter(kDiscardSeconds);
     co_await answer(request, nullptr, Clock::now(), std::move(response));
     co_await closeGently();
+}
+
+/// Whether somebody keeps the service waiting by a byte now and then.
+bool Connection::isTooSlow(Clock::time_point begin, std::uint64_t bytes) const
+{
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    return seconds > _service.settings().idleSeconds + static_cast<double>(bytes) / kLeastRate;
 }
 
 /// @return whether there is one
@@ -216,6 +223,18 @@ net::awaitable<void> Connection::exchange()
     _version = parser.get().version();
     _isLast = _isLast || _shared.isEnding || !parser.get().keep_alive();
     takeHeader(parser.get(), request);
+    // One request must not be two to somebody else: a coding that isn't understood may hide a body,
+    // and of two names each may believe another.
+    const bool isAmbiguous =
+        (request.headers.contains("transfer-encoding") && (!parser.chunked() || _version < 11)) ||
+        parser.get().count(http::field::host) > 1;
+    if (isAmbiguous) {
+        _isLast = true;
+        _isUnread = true;
+        co_await answer(
+            request, nullptr, begin, problem(400, "the header can be understood in two ways"));
+        co_return;
+    }
     const bool hasBody =
         !parser.is_done() && (parser.chunked() || parser.content_length().value_or(0) > 0);
 
@@ -234,18 +253,23 @@ net::awaitable<void> Connection::exchange()
         co_await converse(parser, request, admission, begin);
         co_return;
     }
-    std::optional<Response> response = _service.refuseForLoad();
-    const Counted active(_service.metrics(), Metrics::Level::requests);
-    if (!response && hasBody)
+    std::optional<Response> response;
+    if (hasBody)
         response = co_await readBody(parser, admission.bodyLimit, request, route.body);
     if (response) {
         _isUnread = hasBody && !parser.is_done();
         _isLast = _isLast || _isUnread;
     } else {
         _stream.expires_never();
-        response = co_await runOn(_shared.workers.get_executor(), [&] {
-            return std::optional(_service.answer(request, admission));
-        });
+        // how the service fares is told however much there is to do
+        if (route.scope != Scope::none)
+            response = _service.refuseForLoad();
+        if (!response) {
+            const Counted active(_service.metrics(), Metrics::Level::requests);
+            response = co_await runOn(_shared.workers.get_executor(), [&] {
+                return std::optional(_service.answer(request, admission));
+            });
+        }
     }
     co_await answer(request, &route, begin, std::move(*response));
 }
@@ -276,7 +300,13 @@ Connection::readBody(Parser& parser, std::uint64_t limit, Request& request, Body
         upload.emplace(_shared.uploads);
     std::vector<char> piece(kPiece);
     parser.body_limit(limit);
+    const Clock::time_point begin = Clock::now();
+    std::uint64_t total = 0;
     while (!parser.is_done()) {
+        if (isTooSlow(begin, total)) {
+            _isLast = true;
+            co_return problem(408, "the body comes in too slowly");
+        }
         parser.get().body().data = piece.data();
         parser.get().body().size = piece.size();
         expireAfter(_service.settings().idleSeconds);
@@ -287,9 +317,11 @@ Connection::readBody(Parser& parser, std::uint64_t limit, Request& request, Body
             co_return tooLong();
         if (error && error != http::error::need_buffer) {
             _isLast = true;
-            co_return responseTo(error);
+            co_return isGone(error) ? problem(408, "the body never came to its end")
+                                    : responseTo(error);
         }
         const std::size_t count = piece.size() - parser.get().body().size;
+        total += count;
         _service.metrics().count(Metrics::Count::bytesReceived, static_cast<double>(count));
         if (upload)
             co_await runOn(_shared.workers.get_executor(), [&] {
@@ -337,13 +369,16 @@ net::awaitable<void> Connection::write(const Request& request, const Response& r
     http::response_serializer<http::span_body<const char>> serializer(message);
     serializer.split(request.method == Method::head);
     ErrorCode error;
-    while (!error && !serializer.is_done() &&
+    const Clock::time_point begin = Clock::now();
+    std::uint64_t total = 0;
+    while (!error && !serializer.is_done() && !isTooSlow(begin, total) &&
            !(request.method == Method::head && serializer.is_header_done())) {
         expireAfter(_service.settings().idleSeconds);
-        co_await http::async_write_some(
+        const std::size_t count = co_await http::async_write_some(
             _stream, serializer, net::redirect_error(net::use_awaitable, error));
+        total += count;
     }
-    if (error)
+    if (error || isTooSlow(begin, total))
         _isLast = true;
 }
 
@@ -363,6 +398,11 @@ net::awaitable<void> Connection::converse(
         co_await answer(request, admission.route, begin, std::move(*refusal));
         co_return;
     }
+    if (auto full = _service.refuseStream()) {
+        co_await answer(request, admission.route, begin, std::move(*full));
+        co_return;
+    }
+    const Counted counted(_service.metrics(), Metrics::Level::streams);
     using Opened = tl::expected<std::unique_ptr<Stream>, Response>;
     std::optional<Opened> opened = co_await runOn(_shared.workers.get_executor(), [&] {
         return std::optional<Opened>(_service.open(request, admission));

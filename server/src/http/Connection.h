@@ -36,13 +36,14 @@ public:
     net::awaitable<void> serve();
     /// Says that there are too many.
     net::awaitable<void> turnAway();
-    /// @param atOnce  or after the answer that is under way
-    void end(bool atOnce);
+    /// Ends after the answer that is under way.
+    void end();
 
 private:
     using Parser = http::request_parser<http::buffer_body>;
     using Clock = std::chrono::steady_clock;
 
+    [[nodiscard]] bool isTooSlow(Clock::time_point begin, std::uint64_t bytes) const;
     net::awaitable<bool> awaitRequest();
     net::awaitable<void> exchange();
     net::awaitable<std::optional<Response>>

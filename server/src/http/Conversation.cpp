@@ -14,6 +14,8 @@ namespace websocket = boost::beast::websocket;
 constexpr std::string_view kProtocol = "isofront.v1";
 /// A client's messages are views and lists of cells that it holds.
 constexpr std::size_t kLongestMessage = std::size_t{1} << 20U;
+/// How long a client has to agree that it is over.
+constexpr std::chrono::seconds kClosing(2);
 
 class WebSocketConversation final : public Conversation,
                                     public std::enable_shared_from_this<WebSocketConversation> {
@@ -24,14 +26,14 @@ public:
         Service& service,
         net::thread_pool& workers)
         : _socket(std::move(socket)), _stream(std::move(stream)), _service(service),
-          _turn(net::make_strand(workers)), _wake(_socket.get_executor())
+          _turn(net::make_strand(workers)), _wake(_socket.get_executor()),
+          _patience(_socket.get_executor())
     {
     }
 
     net::awaitable<void> carry(Request handshake) override
     {
         const auto self = shared_from_this();
-        const Counted counted(_service.metrics(), Metrics::Level::streams);
         websocket::stream_base::timeout timeout{};
         timeout.handshake_timeout = milliseconds(_service.settings().headerSeconds);
         timeout.idle_timeout = milliseconds(_service.settings().idleSeconds);
@@ -63,9 +65,11 @@ public:
         net::co_spawn(
             _socket.get_executor(), [self] { return self->read(); }, net::detached);
         co_await write();
-        // the stream may still be asked to take a message; it goes once that is done
-        _stream->whenReady({});
         _isEnding = true;
+        co_await runOn(_turn, [this] {
+            _stream->whenReady({});
+            return true;
+        });
     }
 
     void end() override
@@ -74,15 +78,14 @@ public:
         wake();
     }
 
-    void abort() override
+private:
+    void abort()
     {
-        _isEnding = true;
         _isBroken = true;
         wake();
         beast::get_lowest_layer(_socket).close();
     }
 
-private:
     void wake()
     {
         _isWoken = true;
@@ -103,10 +106,15 @@ private:
             const std::span bytes(
                 static_cast<const std::byte*>(message.data().data()), message.size());
             // what isn't binary is nothing that the protocol has
-            co_await runOn(_turn, [this, bytes, isBinary = _socket.got_binary()] {
-                _stream->receive(isBinary ? bytes : std::span<const std::byte>());
-                return true;
-            });
+            try {
+                co_await runOn(_turn, [this, bytes, isBinary = _socket.got_binary()] {
+                    _stream->receive(isBinary ? bytes : std::span<const std::byte>());
+                    return true;
+                });
+            } catch (const std::exception& failed) {
+                _service.log().write(LogLevel::error, "stream failed", {{"why", failed.what()}});
+                break;
+            }
             message.consume(message.size());
             wake();
         }
@@ -114,22 +122,37 @@ private:
         wake();
     }
 
+    struct Turn {
+        std::optional<std::vector<std::byte>> message;
+        bool isOver = false;
+    };
+
     net::awaitable<void> write()
     {
         ErrorCode error;
         while (!_isEnding && !_isBroken) {
             _isWoken = false;
-            const std::optional<std::vector<std::byte>> message =
-                co_await runOn(_turn, [this] { return _stream->next(); });
-            if (message) {
+            const Turn turn = co_await runOn(_turn, [this] {
+                std::optional<std::vector<std::byte>> message = _stream->next();
+                return Turn{std::move(message), _stream->isOver()};
+            });
+            if (turn.message) {
+                // whoever sends and doesn't read would keep the connection for ever
+                _patience.expires_after(milliseconds(_service.settings().idleSeconds));
+                _patience.async_wait([weak = weak_from_this()](const ErrorCode& cancelled) {
+                    const auto self = weak.lock();
+                    if (!cancelled && self)
+                        self->abort();
+                });
                 co_await _socket.async_write(
-                    net::buffer(message->data(), message->size()),
+                    net::buffer(turn.message->data(), turn.message->size()),
                     net::redirect_error(net::use_awaitable, error));
+                _patience.cancel();
                 if (error)
                     break;
                 _service.metrics().count(
-                    Metrics::Count::bytesSent, static_cast<double>(message->size()));
-            } else if (_stream->isOver()) {
+                    Metrics::Count::bytesSent, static_cast<double>(turn.message->size()));
+            } else if (turn.isOver) {
                 break;
             } else if (!_isWoken) {
                 _wake.expires_at(net::steady_timer::time_point::max());
@@ -137,6 +160,10 @@ private:
             }
         }
         if (!_isBroken) {
+            websocket::stream_base::timeout timeout{};
+            timeout.handshake_timeout = kClosing;
+            timeout.idle_timeout = websocket::stream_base::none();
+            _socket.set_option(timeout);
             const websocket::close_code code =
                 _isEnding ? websocket::close_code::going_away : websocket::close_code::normal;
             co_await _socket.async_close(
@@ -150,6 +177,7 @@ private:
     Service& _service;
     net::strand<net::thread_pool::executor_type> _turn; ///< one use of the stream at a time
     net::steady_timer _wake;
+    net::steady_timer _patience; ///< with a client that doesn't read
     bool _isWoken = false;
     bool _isEnding = false; ///< the service wants to end it
     bool _isBroken = false; ///< nothing more can be sent

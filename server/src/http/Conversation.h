@@ -33,8 +33,6 @@ public:
     virtual net::awaitable<void> carry(Request handshake) = 0;
     /// Tells the client that the service goes away, and ends.
     virtual void end() = 0;
-    /// Ends at once.
-    virtual void abort() = 0;
 };
 
 } // namespace isofront::server

@@ -30,15 +30,13 @@ struct HttpServer::Implementation {
     ~Implementation()
     {
         stop.request_stop();
-        net::post(context, [this] {
-            const std::scoped_lock lock(mutex);
-            endAll(true);
-        });
-        workers.join();
+        // First the thread that hands out work, then those that do it: so nothing is queued for
+        // workers that have ended. What they return is queued for a context that is still there.
         guard.reset();
         context.stop();
         if (thread.joinable())
             thread.join();
+        workers.join();
     }
 
     core::Result<void> listen()
@@ -87,32 +85,27 @@ struct HttpServer::Implementation {
                 co_await pause.async_wait(net::redirect_error(net::use_awaitable, error));
                 continue;
             }
-            const bool isOneTooMany = shared.connections.size() >= service.settings().connections;
-            if (isOneTooMany) {
-                service.metrics().count(Metrics::Count::refused);
-                if (turnedAway >= service.settings().connections)
-                    continue; // closed without a word
+            const auto connection = std::make_shared<Connection>(std::move(socket), shared);
+            if (shared.connections.size() < service.settings().connections) {
+                const std::scoped_lock lock(mutex);
+                shared.connections.insert(connection);
+                net::co_spawn(context, hold(connection), net::detached);
+                continue;
             }
-            net::co_spawn(context, hold(std::move(socket), isOneTooMany), net::detached);
+            service.metrics().count(Metrics::Count::refused);
+            // beyond that many they are closed without a word
+            if (turnedAway < service.settings().connections)
+                net::co_spawn(context, turnAway(connection), net::detached);
         }
     }
 
-    net::awaitable<void> hold(tcp::socket socket, bool isOneTooMany)
+    net::awaitable<void> hold(std::shared_ptr<Connection> connection)
     {
-        const auto connection = std::make_shared<Connection>(std::move(socket), shared);
-        if (isOneTooMany) {
-            ++turnedAway;
-            co_await connection->turnAway();
-            --turnedAway;
-            co_return;
-        }
-        {
-            const std::scoped_lock lock(mutex);
-            shared.connections.insert(connection);
-        }
-        {
+        try {
             const Counted counted(service.metrics(), Metrics::Level::connections);
             co_await connection->serve();
+        } catch (const std::exception& error) {
+            service.log().write(LogLevel::error, "connection failed", {{"why", error.what()}});
         }
         {
             const std::scoped_lock lock(mutex);
@@ -121,14 +114,25 @@ struct HttpServer::Implementation {
         changed.notify_all();
     }
 
-    /// @param atOnce  or once they have done what they do
-    void endAll(bool atOnce)
+    net::awaitable<void> turnAway(std::shared_ptr<Connection> connection)
+    {
+        ++turnedAway;
+        try {
+            co_await connection->turnAway();
+        } catch (const std::exception& error) {
+            service.log().write(LogLevel::error, "connection failed", {{"why", error.what()}});
+        }
+        --turnedAway;
+    }
+
+    /// Each connection ends once it has done what it does.
+    void endAll()
     {
         ErrorCode ignored;
         acceptor.close(ignored);
         shared.isEnding = true;
         for (const auto& connection : shared.connections)
-            connection->end(atOnce);
+            connection->end();
         isClosed = true;
         changed.notify_all();
     }
@@ -178,7 +182,7 @@ bool HttpServer::drain()
         std::unique_lock lock(all.mutex);
         net::post(all.context, [&all] {
             const std::scoped_lock inside(all.mutex);
-            all.endAll(false);
+            all.endAll();
         });
         isDone =
             all.changed.wait_for(lock, milliseconds(all.service.settings().drainSeconds), [&all] {

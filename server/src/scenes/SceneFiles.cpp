@@ -14,8 +14,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostFiles = 10'000;
+constexpr std::size_t kMostVisited = 200'000;
 /// Headers that are text end long before.
-constexpr std::streamsize kMostHeader = 1 << 20;
+constexpr std::size_t kMostHeader = std::size_t{1} << 20U;
+/// What all readers take whole.
+constexpr std::size_t kLongestLine = 400;
 
 std::string lowered(std::string text)
 {
@@ -67,7 +70,9 @@ std::vector<SourceFile> sourceFilesIn(const fs::path& folder)
     std::error_code error;
     fs::recursive_directory_iterator entry(
         folder, fs::directory_options::skip_permission_denied, error);
-    for (; !error && entry != fs::recursive_directory_iterator() && files.size() < kMostFiles;
+    std::size_t visited = 0;
+    for (; !error && entry != fs::recursive_directory_iterator() && files.size() < kMostFiles &&
+           ++visited < kMostVisited;
          entry.increment(error)) {
         std::error_code ignored;
         if (entry->path().filename().string().starts_with('.')) {
@@ -76,11 +81,11 @@ std::vector<SourceFile> sourceFilesIn(const fs::path& folder)
         }
         const std::string path = entry->path().lexically_relative(folder).generic_string();
         if (entry->is_directory(ignored)) {
-            const fs::directory_iterator first(entry->path(), ignored);
-            const auto slices =
-                std::count_if(first, fs::directory_iterator(), [](const fs::directory_entry& one) {
-                    return isSlice(one.path());
-                });
+            std::size_t slices = 0;
+            fs::directory_iterator one(entry->path(), ignored);
+            for (; !ignored && slices < 2 && one != fs::directory_iterator();
+                 one.increment(ignored))
+                slices += isSlice(one->path()) ? 1U : 0U;
             if (slices > 1)
                 files.push_back({path, 0});
         } else if (entry->is_regular_file(ignored) && isSource(entry->path())) {
@@ -107,8 +112,13 @@ core::Result<fs::path> sourceFileIn(const fs::path& folder, const std::string& p
     const fs::path found = fs::canonical(root / path, error);
     if (error)
         return refused();
-    const auto [inRoot, ignored] = std::ranges::mismatch(root, found);
-    if (inRoot != root.end() || found == root)
+    const auto [inRoot, inFound] = std::ranges::mismatch(root, found);
+    if (inRoot != root.end() || inFound == found.end())
+        return refused();
+    // what isn't listed isn't there
+    const bool isHidden = std::any_of(
+        inFound, found.end(), [](const fs::path& part) { return part.string().starts_with('.'); });
+    if (isHidden || !(isSource(found) || fs::is_directory(found, error)))
         return refused();
     return found;
 }
@@ -142,30 +152,42 @@ core::Result<void> checkSelfContained(const fs::path& file)
     const bool isNrrd = name.ends_with(".nrrd");
     if (!isNrrd && !name.ends_with(".mha"))
         return {};
+    const auto refused = core::failure(
+        core::ErrorCode::badData,
+        "its header names other files, has no end, or is no plain text: only files that hold "
+        "their own voxels can be uploaded");
+    std::string head(kMostHeader, '\0');
     std::ifstream in(file, std::ios::binary);
-    std::string line;
-    while (in.tellg() < kMostHeader && std::getline(in, line)) {
-        while (line.ends_with('\r'))
+    in.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+    for (std::size_t begin = 0; begin < head.size();) {
+        const std::size_t end = head.find('\n', begin);
+        if (end == std::string::npos)
+            return refused;
+        std::string line = head.substr(begin, end - begin);
+        begin = end + 1;
+        if (line.ends_with('\r'))
             line.pop_back();
+        // Libraries differ in what ends a line and how long one may be; so no line may be read in
+        // two ways.
+        const bool isPlain = std::ranges::none_of(
+            line, [](char c) { return (c >= 0 && c < 0x20 && c != '\t') || c == 0x7f; });
+        if (!isPlain || line.size() > kLongestLine)
+            return refused;
         if (isNrrd && line.empty())
             return {}; // the voxels follow
         std::string key = lowered(line.substr(0, line.find_first_of(":=")));
         std::erase(key, ' ');
         std::erase(key, '\t');
         if (isNrrd && key == "datafile")
-            break;
+            return refused;
         if (!isNrrd && key == "elementdatafile") {
             std::string value = lowered(line.substr(std::min(line.find('=') + 1, line.size())));
             std::erase(value, ' ');
-            if (value == "local")
-                return {};
-            break;
+            return value == "local" ? core::Result<void>() : refused;
         }
     }
-    return core::failure(
-        core::ErrorCode::badData,
-        "its header names other files, or has no end: only files that hold their own voxels can "
-        "be uploaded");
+    return refused;
 }
 
 core::Result<void> checkFormula(const std::string& text)

@@ -8,6 +8,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kVersion = 1; ///< of the file of a record
+constexpr std::size_t kLongestText = 200;
 
 const char* nameOf(SceneOrigin::Kind kind)
 {
@@ -159,6 +160,7 @@ std::string toText(const SceneRecord& record)
 {
     Json json = toJson(record, true);
     json["version"] = kVersion;
+    json["attempts"] = record.attempts;
     return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -188,6 +190,7 @@ core::Result<SceneRecord> parseRecord(const std::string& text)
                        : state == "failed" ? SceneRecord::State::failed
                                            : SceneRecord::State::preparing;
         record.failure = json.value("failure", "");
+        record.attempts = json.at("attempts").get<std::uint32_t>();
         if (json.contains("description"))
             record.description = descriptionOf(json.at("description"));
         else if (record.state == SceneRecord::State::ready)
@@ -216,8 +219,8 @@ core::Result<sources::SourceOptions> parseOptions(const Json& json)
     };
     for (const auto& [name, value] : json.items()) {
         if (name == "grid" || name == "series" || name == "raw" || name == "detail") {
-            if (!value.is_string())
-                return refused(name, "a text");
+            if (!value.is_string() || value.get_ref<const std::string&>().size() > kLongestText)
+                return refused(name, "a text of up to 200 bytes");
             std::string& text = name == "grid"     ? options.grid
                                 : name == "series" ? options.series
                                 : name == "raw"    ? options.rawLayout

@@ -62,7 +62,8 @@ struct SceneRecord {
     SceneOrigin origin;
     std::uint64_t storedBytes = 0; ///< of an upload
     State state = State::preparing;
-    std::string failure; ///< why, if it failed
+    std::uint32_t attempts = 0; ///< how often it has been looked at
+    std::string failure;        ///< why, if it failed
     std::optional<SceneDescription> description;
 };
 

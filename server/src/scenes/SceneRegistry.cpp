@@ -4,6 +4,9 @@
 
 #include <isofront/exchange/OutputFile.h>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -52,10 +55,23 @@ core::Error storageError(const fs::path& path, const std::error_code& error)
         "the scene can't be stored: " + path.string() + ": " + error.message()};
 }
 
-std::uint64_t bytesOf(const OpenScene& scene)
+std::uint64_t bytesOf(const SceneRecord& record)
 {
-    return scene.record.description ? scene.record.description->memoryBytes : 0;
+    return record.description ? record.description->memoryBytes : 0;
 }
+
+/// Waits until the names in a folder survive if the machine goes down.
+void makeDurable(const fs::path& folder)
+{
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0)
+        return;
+    fsync(descriptor);
+    close(descriptor);
+}
+
+/// How often a scene is looked at that never came to its end: the process may have died of it.
+constexpr std::uint32_t kMostAttempts = 2;
 
 } // namespace
 
@@ -65,6 +81,11 @@ SceneRegistry::SceneRegistry(const Settings& settings, Log& log, Metrics& metric
 }
 
 SceneRegistry::~SceneRegistry()
+{
+    stop();
+}
+
+void SceneRegistry::stop()
 {
     _stop.request_stop();
     _preparer.request_stop();
@@ -121,6 +142,10 @@ void SceneRegistry::takeUpScene(const fs::path& folder)
         return;
     }
     _storedBytes += record->storedBytes;
+    if (record->state == SceneRecord::State::preparing && record->attempts >= kMostAttempts) {
+        record->state = SceneRecord::State::failed;
+        record->failure = "the service ended each time that it read this";
+    }
     if (record->state == SceneRecord::State::preparing)
         _toPrepare.push_back(record->id);
     _records.emplace(record->id, std::move(*record));
@@ -197,8 +222,10 @@ SceneRegistry::store(const std::string& name, const SceneOrigin& origin, Uploade
     if (stored)
         stored = write(record, coming);
     if (stored) {
+        makeDurable(coming);
         if (fs::rename(coming, _folder / record.id, error); error)
             stored = tl::unexpected(storageError(coming, error));
+        makeDurable(_folder);
     }
     if (!stored)
         fs::remove_all(coming, error);
@@ -244,6 +271,7 @@ core::Result<bool> SceneRegistry::remove(const std::string& id)
             _opened.erase(opened); // those who hold it keep it
         makeRoom();
     }
+    makeDurable(_folder);
     fs::remove_all(gone, error); // at the next start, if it can't be now
     return true;
 }
@@ -270,15 +298,25 @@ SceneRegistry::read(const SceneRecord& record, std::uint64_t limit) const
         hidden = (fs::canonical(_settings.sources, ignored) / "").string();
         text = file->string();
     }
+    auto source = sources::openSource(text, options);
+    if (source || hidden.empty())
+        return source;
+    core::Error error = source.error();
+    for (std::size_t at = error.message.find(hidden); at != std::string::npos;
+         at = error.message.find(hidden))
+        error.message.erase(at, hidden.size());
+    return tl::unexpected(error);
+}
+
+/// As `read`; what libraries throw is a failure of the scene's.
+core::Result<sources::Source> SceneRegistry::readSafely(const SceneRecord& record) const
+{
     try {
-        auto source = sources::openSource(text, options);
-        if (source || hidden.empty())
-            return source;
-        core::Error error = source.error();
-        for (std::size_t at = error.message.find(hidden); at != std::string::npos;
-             at = error.message.find(hidden))
-            error.message.erase(at, hidden.size());
-        return tl::unexpected(error);
+        return read(record, _settings.memoryBytes / 2);
+    } catch (const std::bad_alloc&) {
+        return core::failure(
+            core::ErrorCode::resourceLimit,
+            record.origin.text + ": the service has not enough memory for it");
     } catch (const std::exception& error) {
         return core::failure(
             core::ErrorCode::badData,
@@ -307,37 +345,46 @@ void SceneRegistry::prepare(const std::string& id, const std::stop_token& stop)
     if (!record)
         return;
     const auto begin = std::chrono::steady_clock::now();
-    auto source = read(*record, _settings.memoryBytes / 2);
-    if (source) {
-        record->description = describe(*source);
-        record->state = SceneRecord::State::ready;
-    } else {
-        record->state = SceneRecord::State::failed;
-        record->failure = source.error().message;
+    ++record->attempts;
+    const auto write = [&] {
+        if (const auto written = this->write(*record, _folder / id); !written && find(id))
+            _log.write(LogLevel::error, "scene not stored", {{"why", written.error().message}});
+    };
+    write();
+    auto source = readSafely(*record);
+    try {
+        if (source)
+            record->description = describe(*source);
+    } catch (const std::exception& error) {
+        source = core::failure(
+            core::ErrorCode::resourceLimit,
+            record->origin.text + ": can't be looked at: " + error.what());
     }
     if (stop.stop_requested())
         return; // what was cut short is no failure of the scene's
+    record->state = source ? SceneRecord::State::ready : SceneRecord::State::failed;
+    record->failure = source ? "" : source.error().message;
+    write();
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    nlohmann::ordered_json fields{{"scene", id}, {"seconds", seconds}};
+    if (!source)
+        fields["why"] = record->failure;
     const std::scoped_lock lock(_mutex);
     const auto found = _records.find(id);
     if (found == _records.end())
         return; // deleted meanwhile
-    if (const auto written = write(*record, _folder / id); !written)
-        _log.write(LogLevel::error, "scene not stored", {{"why", written.error().message}});
-    const bool isReady = record->state == SceneRecord::State::ready;
-    nlohmann::ordered_json fields{{"scene", id}, {"seconds", seconds}};
-    if (!isReady)
-        fields["why"] = record->failure;
-    _log.write(
-        isReady ? LogLevel::info : LogLevel::warning,
-        isReady ? "scene ready" : "scene refused",
-        fields);
     found->second = *record;
+    _log.write(
+        source ? LogLevel::info : LogLevel::warning,
+        source ? "scene ready" : "scene refused",
+        fields);
     // whoever has made it will look at it next
-    if (isReady && !_opened.contains(id))
+    if (source && !_opened.contains(id))
         _opened[id] = {
-            std::make_shared<const OpenScene>(OpenScene{*record, std::move(*source)}), ++_uses};
+            std::make_shared<const OpenScene>(OpenScene{*record, std::move(*source)}),
+            bytesOf(*record),
+            ++_uses};
     makeRoom();
 }
 
@@ -348,10 +395,10 @@ std::uint64_t SceneRegistry::makeRoom()
         std::size_t scenes = 0;
         auto oldest = _opened.end();
         for (auto opened = _opened.begin(); opened != _opened.end(); ++opened) {
+            bytes += opened->second.bytes;
             if (!opened->second.scene)
                 continue;
             ++scenes;
-            bytes += bytesOf(*opened->second.scene);
             if (opened->second.scene.use_count() == 1 &&
                 (oldest == _opened.end() || opened->second.lastUse < oldest->second.lastUse))
                 oldest = opened;
@@ -365,40 +412,68 @@ std::uint64_t SceneRegistry::makeRoom()
     }
 }
 
+class SceneRegistry::Reading {
+public:
+    Reading(SceneRegistry& registry, const std::string& id) : _registry(registry), _id(id) {}
+    Reading(const Reading&) = delete;
+    Reading& operator=(const Reading&) = delete;
+    ~Reading()
+    {
+        const std::scoped_lock lock(_registry._mutex);
+        const auto found = _registry._opened.find(_id);
+        if (found != _registry._opened.end() && !found->second.scene)
+            _registry._opened.erase(found);
+        _registry._changed.notify_all();
+    }
+
+private:
+    SceneRegistry& _registry;
+    std::string _id;
+};
+
 core::Result<std::shared_ptr<const OpenScene>> SceneRegistry::acquire(const SceneRecord& record)
 {
+    if (record.state != SceneRecord::State::ready)
+        return core::failure(
+            core::ErrorCode::usage,
+            record.state == SceneRecord::State::failed ? record.failure
+                                                       : "the scene isn't ready yet");
+    const auto full = [] {
+        return core::failure(
+            core::ErrorCode::resourceLimit,
+            "other scenes are open and take all the memory that the service may: try again");
+    };
     {
         std::unique_lock lock(_mutex);
         // another may be reading it
-        _changed.wait(lock, [&] {
+        const bool isOver = !_changed.wait(lock, _stop.get_token(), [&] {
             const auto opened = _opened.find(record.id);
             return opened == _opened.end() || opened->second.scene;
         });
+        if (isOver)
+            return core::failure(core::ErrorCode::interrupted, "the service is ending");
         Opened& opened = _opened[record.id];
         opened.lastUse = ++_uses;
         if (opened.scene)
             return opened.scene;
+        opened.bytes = bytesOf(record); // before it is read, so that the sum never exceeds
+        if (makeRoom() > _settings.memoryBytes) {
+            _opened.erase(record.id);
+            _changed.notify_all();
+            return full();
+        }
     }
-    auto source = read(record, _settings.memoryBytes / 2);
-    const std::scoped_lock lock(_mutex);
-    _changed.notify_all();
-    if (source && !_records.contains(record.id))
-        source = core::failure(core::ErrorCode::usage, "the scene has just been deleted");
-    if (!source) {
-        _opened.erase(record.id);
+    const Reading reading(*this, record.id);
+    auto source = readSafely(record);
+    if (!source)
         return tl::unexpected(source.error());
-    }
-    auto shared = std::make_shared<const OpenScene>(OpenScene{record, std::move(*source)});
-    Opened& opened = _opened[record.id];
-    opened.scene = shared;
-    if (makeRoom() > _settings.memoryBytes) {
-        _opened.erase(record.id);
-        makeRoom();
-        return core::failure(
-            core::ErrorCode::resourceLimit,
-            "other scenes are open and take all the memory that the service may: try again");
-    }
-    return shared;
+    auto scene = std::make_shared<const OpenScene>(OpenScene{record, std::move(*source)});
+    const std::scoped_lock lock(_mutex);
+    if (!_records.contains(record.id))
+        return core::failure(core::ErrorCode::usage, "the scene has just been deleted");
+    _opened[record.id].scene = scene;
+    makeRoom();
+    return scene;
 }
 
 } // namespace isofront::server

@@ -47,6 +47,9 @@ public:
     /// What is being looked at is looked at again the next time.
     ~SceneRegistry();
 
+    /// Cuts short what is being read; nothing can be acquired any more.
+    void stop();
+
     [[nodiscard]] std::vector<SceneRecord> list() const; ///< oldest first
     [[nodiscard]] std::optional<SceneRecord> find(const std::string& id) const;
     /// Makes a scene of a formula or a file of the service's.
@@ -62,14 +65,18 @@ public:
     /// The scene with its field, which is read if it isn't in memory. Those that nobody holds go
     /// again, least recently used first, when there are more than half of
     /// `Settings::memoryBytes` of them.
-    /// Errors: those of opening; resourceLimit if there is no room beside those that are held.
+    /// Errors: those of opening; usage for a scene that isn't ready, or was deleted meanwhile;
+    /// resourceLimit if there is no room beside those that are held; interrupted after `stop`.
     core::Result<std::shared_ptr<const OpenScene>> acquire(const SceneRecord& record);
 
 private:
     struct Opened {
         std::shared_ptr<const OpenScene> scene; ///< none while it is being read
+        std::uint64_t bytes = 0;
         std::uint64_t lastUse = 0;
     };
+    /// The entry of a scene while it is being read; goes if that fails, whichever way.
+    class Reading;
 
     SceneRegistry(const Settings& settings, Log& log, Metrics& metrics);
     core::Result<void> takeUp();
@@ -80,6 +87,7 @@ private:
     core::Result<sources::Source> read(const SceneRecord& record, std::uint64_t limit) const;
     void prepareAll(const std::stop_token& stop);
     void prepare(const std::string& id, const std::stop_token& stop);
+    core::Result<sources::Source> readSafely(const SceneRecord& record) const;
     std::uint64_t makeRoom(); // holding the lock
 
     Settings _settings;
