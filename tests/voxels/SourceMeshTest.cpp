@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -172,6 +173,10 @@ TEST(SourceMeshes, ofClosedModelsAreClosedAcrossCellsAndBlocks)
         const CutModel fine = cutAll(box, 70, 5);
         EXPECT_EQ(openEdges(fine), 0U) << trial;
         EXPECT_GT(fine.cells.size(), 6U);
+        // and where only every other triangle has a texture
+        for (std::size_t i = 0; i < box.textureOf.size(); i += 2)
+            box.textureOf[i] = kNoTexture;
+        EXPECT_EQ(openEdges(cutAll(box, 70, 5)), 0U) << trial;
     }
 }
 
@@ -221,6 +226,22 @@ TEST(SourceMeshes, haveSmoothNormalsButNotAcrossCreases)
         }
 }
 
+TEST(SourceMeshes, haveNormalsWhereVeryManyTrianglesMeet)
+{
+    // at a flat cone's tip: to ask each of them for each would take minutes
+    constexpr std::uint32_t kMany = 40'000;
+    TriangleModel cone;
+    cone.positions.emplace_back(0, 0, 0.1);
+    for (std::uint32_t i = 0; i < kMany; ++i) {
+        const double angle = 2 * std::numbers::pi * i / kMany;
+        cone.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+        cone.triangles.push_back({0, 1 + i, 1 + (i + 1) % kMany});
+    }
+    for (const CutModel cut = cutAll(cone, 60, 5); const SourceCell& cell : cut.cells)
+        for (const SourceVertex& vertex : cell.vertices)
+            ASSERT_GT(glm::normalize(unpackNormal(vertex.normal)).z, 0.9);
+}
+
 TEST(SourceMeshes, carryColoursToTheirCuts)
 {
     // grey by height: linear in light within each triangle
@@ -266,6 +287,10 @@ TEST(SourceMeshes, leaveOutWhatIsNoTriangle)
     const auto first = static_cast<std::uint32_t>(model.positions.size());
     damaged.triangles.push_back({0, 1, first});
     damaged.triangles.push_back({0, first + 1, 2});
+    damaged.triangles.push_back({0, 1, first + 2});
+    // and one that could be a place on the lattice's far side, or far beyond it
+    damaged.positions.push_back(lattice.origin - 2.001 * kMaxResolution * lattice.edge);
+    damaged.triangles.push_back({0, 1, first + 3});
     damaged.triangles.push_back({0, 1, 0xffffffffU});
     damaged.triangles.push_back({5, 5, 5});
     EXPECT_EQ(count(damaged), sound);

@@ -27,7 +27,8 @@ core::Result<std::uint64_t> bytesOf(const std::filesystem::path& file)
     return std::uint64_t{bytes};
 }
 
-core::Result<std::uint32_t> checksumOf(const std::filesystem::path& file)
+core::Result<std::uint32_t>
+checksumOf(const std::filesystem::path& file, const std::stop_token& stop = {})
 {
     std::ifstream stream(file, std::ios::binary);
     if (!stream)
@@ -35,6 +36,9 @@ core::Result<std::uint32_t> checksumOf(const std::filesystem::path& file)
     std::array<char, std::size_t{1} << 16U> part{};
     uLong sum = ::crc32_z(0, nullptr, 0);
     do {
+        if (stop.stop_requested())
+            return core::failure(
+                core::ErrorCode::interrupted, file.string() + ": interrupted while it was read");
         stream.read(part.data(), static_cast<std::streamsize>(part.size()));
         sum = ::crc32_z(
             sum,
@@ -71,6 +75,8 @@ describedSource(const std::filesystem::path& file, const std::filesystem::path& 
     source.checksum = *checksum;
     std::error_code failed;
     const std::filesystem::path whole = std::filesystem::weakly_canonical(file, failed);
+    if (failed)
+        return unreadable(file, failed.message());
     const std::filesystem::path beside = whole.lexically_relative(folderOf(model));
     const bool isBelow = !beside.empty() && *beside.begin() != "..";
     source.path = (isBelow ? beside : whole).string();
@@ -82,7 +88,8 @@ std::filesystem::path placeOfSource(const ModelSource& source, const std::filesy
     return folderOf(model) / source.path; // which an absolute path replaces
 }
 
-core::Result<void> checkSource(const ModelSource& source, const std::filesystem::path& file)
+core::Result<void> checkSource(
+    const ModelSource& source, const std::filesystem::path& file, const std::stop_token& stop)
 {
     const auto bytes = bytesOf(file);
     if (!bytes)
@@ -94,7 +101,7 @@ core::Result<void> checkSource(const ModelSource& source, const std::filesystem:
     };
     if (*bytes != source.bytes)
         return changed();
-    const auto checksum = checksumOf(file);
+    const auto checksum = checksumOf(file, stop);
     if (!checksum)
         return tl::unexpected(checksum.error());
     if (*checksum != source.checksum)

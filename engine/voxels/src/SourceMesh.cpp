@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <optional>
@@ -28,6 +29,12 @@ namespace {
 constexpr double kCrease = 0.6427876096865394;
 /// What of a voxel's face a vertex's colour is the mean of.
 constexpr double kColourArea = 0.5;
+/// Triangles before and after one around a corner that are asked for their normals: where very many
+/// meet, to ask all of them for each would take the square of their number.
+constexpr std::ptrdiff_t kMostAround = 64;
+/// From the lattice's origin, along each axis [voxels]; what is farther away has no place on it.
+constexpr double kFarthest = 2.0 * kMaxResolution;
+static_assert(kFarthest * static_cast<double>(kSteps) < 1 << 30);
 constexpr std::int64_t kCellSteps = std::int64_t{kSourceSteps} << kSourceCellBits;
 constexpr std::int64_t kLatticeSteps = kSteps / std::int64_t{kSourceSteps};
 static_assert(kSteps % kSourceSteps == 0 && kCellSteps == 32768);
@@ -211,6 +218,8 @@ struct SourceMesh::Parts {
     Lists byBlock; ///< triangles that may meet a block
     std::uint32_t blockBits = kSourceCellBits;
     glm::uvec3 blocks{1U, 1U, 1U};
+    /// Along which everything is cut. One for all: an edge must be cut alike on both its sides.
+    std::int64_t step = kCellSteps;
 
     Parts(TriangleModel of, const VoxelLattice& where)
         : model(std::move(of)), lattice(onLattice(model, where)), weld(welded(lattice.points))
@@ -224,8 +233,13 @@ struct SourceMesh::Parts {
     [[nodiscard]] bool isUsable(std::uint32_t triangle) const
     {
         return std::ranges::all_of(model.triangles[triangle], [&](std::uint32_t corner) {
-            return corner < model.positions.size() && isFinite(model.positions[corner]);
+            return corner < model.positions.size() && hasPlace(model.positions[corner]);
         });
+    }
+    [[nodiscard]] bool hasPlace(const glm::dvec3& position) const
+    {
+        const glm::dvec3 away = glm::abs(position - lattice.lattice.origin) / lattice.lattice.edge;
+        return away.x <= kFarthest && away.y <= kFarthest && away.z <= kFarthest; // no NaN is
     }
     [[nodiscard]] std::int64_t blockSteps() const
     {
@@ -284,7 +298,13 @@ std::array<glm::dvec3, 3> SourceMesh::Parts::normalsOf(std::uint32_t triangle) c
     std::array<glm::dvec3, 3> normals{};
     for (std::size_t corner = 0; corner < 3; ++corner) {
         glm::dvec3 sum(0);
-        for (const std::uint32_t other : around[weld[model.triangles[triangle][corner]]]) {
+        const auto all = around[weld[model.triangles[triangle][corner]]];
+        const auto self = std::ranges::lower_bound(all, triangle) - all.begin();
+        const auto count = static_cast<std::ptrdiff_t>(all.size());
+        const auto first = std::max<std::ptrdiff_t>(self - kMostAround, 0);
+        const auto last = std::min(self + kMostAround + 1, count);
+        for (std::ptrdiff_t i = first; i < last; ++i) {
+            const std::uint32_t other = all[static_cast<std::size_t>(i)];
             const glm::dvec3 area = areaOf(lattice.triangle(other));
             if (other == triangle ||
                 glm::dot(area, own) > kCrease * glm::length(area) * glm::length(own))
@@ -300,7 +320,6 @@ void SourceMesh::Parts::addTriangle(
     std::uint32_t index, const LatticePoint& low, const LatticePoint& high, CellMaker& cells) const
 {
     const LatticeTriangle triangle = onSteps(lattice.triangle(index));
-    const bool isTextured = !model.textureOf.empty() && model.textureOf[index] != kNoTexture;
     std::optional<TrianglePaint> paint;
     if (model.isColoured())
         paint.emplace(lattice, index, lattice.triangle(index));
@@ -326,7 +345,6 @@ void SourceMesh::Parts::addTriangle(
                 colourOf(paint->at(offset / static_cast<double>(kSourceSteps), kColourArea), 1.0F);
         return look;
     };
-    const std::int64_t step = isTextured ? std::int64_t{kSourceSteps} : kCellSteps;
     cutInto(polygonOf(triangle), low, high, step, [&](const CutPolygon& polygon) {
         if (!normals)
             normals = normalsOf(index);
@@ -359,6 +377,9 @@ core::Result<SourceMesh> SourceMesh::create(
     auto parts = std::make_unique<Parts>(std::move(model), lattice);
     parts->blockBits = blockBits;
     parts->blocks = blocks;
+    if (std::ranges::any_of(
+            parts->model.textureOf, [](std::uint32_t texture) { return texture != kNoTexture; }))
+        parts->step = std::int64_t{kSourceSteps};
     parts->sort();
     return SourceMesh(std::move(parts));
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 
 namespace isofront::voxels {
@@ -30,7 +31,10 @@ std::filesystem::path placeOfSource(const ModelSource& source, const std::filesy
 
 /// Whether a file is the one that was described: by its size first, then by its checksum. Only the
 /// file itself is looked at, not what it names, as glTF and OBJ do with buffers and pictures.
-/// @return inputOutput if it isn't there or can't be read, badData if it is another one
-core::Result<void> checkSource(const ModelSource& source, const std::filesystem::path& file);
+/// @param stop  asked while the file is read
+/// @return inputOutput if it isn't there or can't be read, badData if it is another one;
+///         interrupted
+core::Result<void> checkSource(
+    const ModelSource& source, const std::filesystem::path& file, const std::stop_token& stop = {});
 
 } // namespace isofront::voxels

@@ -43,9 +43,10 @@ struct SourceCell {
 /// integers: so what fits together before does so afterwards, within cells and between them,
 /// whichever blocks are cut.
 ///
-/// Normals are means of those of the triangles around a corner, but not across creases of more than
-/// 50 degrees. Colours, textures included, are taken at vertices; triangles with a texture are cut
-/// at every voxel, so that the picture is as fine as that of the voxels.
+/// Normals are means of those of the triangles around a corner, of the nearest 128 in the model's
+/// order where more meet, but not across creases of more than 50 degrees. Colours, textures
+/// included, are taken at vertices; a model with textures is cut at every voxel, so that the
+/// picture is as fine as that of the voxels.
 ///
 /// Source: M. Chajdas, M. Reitinger and R. Westermann, "Scalable rendering for very large meshes",
 /// section 4 (source geometry). Differs: what is shown is cut along cells, not whole triangles.
@@ -56,8 +57,9 @@ public:
     /// @param lattice    of the voxels that were made from the model
     /// @param blockBits  parts can be cut that are 2^blockBits voxels wide; kSourceCellBits to 16
     /// @param blocks     how many there are along each axis, at least 1; what lies beyond is left
-    ///                   out, as are triangles that name positions which aren't there, or not
-    ///                   finite
+    ///                   out, as are triangles that name positions which aren't there, not
+    ///                   finite, or more than 2 kMaxResolution voxels from the lattice's
+    ///                   origin along an axis
     /// @return badData if the model contradicts itself; usage for block sizes out of range
     /// Cost: memory of the model, and about 40 bytes a triangle.
     static core::Result<SourceMesh> create(
