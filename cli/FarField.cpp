@@ -33,6 +33,20 @@ std::string exact(double number)
     return nlohmann::json(number).dump();
 }
 
+/// But for the last digits, which come of how a number was computed.
+bool isSame(double a, double b)
+{
+    return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b));
+}
+
+/// Whether names of sources tell the same file with another `--detail`.
+bool isOtherDetail(const std::string& a, const std::string& b)
+{
+    constexpr const char* kDetail = "?detail=";
+    const std::size_t at = a.find(kDetail);
+    return at != std::string::npos && at == b.find(kDetail) && a.substr(0, at) == b.substr(0, at);
+}
+
 /// Takes away what the meshes don't have.
 class WithoutColours final : public voxels::ChunkSink {
 public:
@@ -65,15 +79,21 @@ checkField(const voxels::StoredModel& model, const Source& source, const FarFiel
             source.identity + "; voxelise that");
     const voxels::ModelField& field = *model.field;
     if (field.source != source.identity)
-        return fail("of " + field.source, "of " + source.identity + "; voxelise that");
+        return fail(
+            "of " + field.source,
+            "of " + source.identity +
+                (isOtherDetail(field.source, source.identity) ? "; give both the same --detail"
+                                                              : "; voxelise that"));
     if (field.isovalue != surface.isovalue)
         return fail(
             "of isovalue " + exact(field.isovalue),
             "of isovalue " + exact(surface.isovalue) + "; give both the same --isovalue");
-    if (field.filter != surface.filter && field.filter != surface.voxelFilter)
+    if (!isSame(field.filter, surface.filter) && !isSame(field.filter, surface.voxelFilter))
         return fail(
             "filtered by " + exact(field.filter),
-            "filtered by " + exact(surface.filter) + "; give both the same --filter");
+            "filtered by " + exact(surface.filter) +
+                "; give both the same --filter, or voxelise with --filter " +
+                brief(surface.voxelFilter) + ", which looks like it");
     if (field.closed != surface.closed)
         return fail(
             field.closed ? "closed at the border" : "open at the border",

@@ -46,10 +46,19 @@ FlightPlan planOf(const FlyArguments& arguments, const PictureSize& size)
         .height = size.height};
 }
 
+/// The device's memory for voxels, as it is: drivers may allow less than was asked for.
+core::Result<void> noteCache(FlightStage& stage)
+{
+    const auto bytes = stage.studio.renderer->chunkCacheBytes();
+    if (!bytes)
+        return tl::unexpected(bytes.error());
+    stage.cacheBytes = *bytes;
+    return {};
+}
+
 /// What the report says of any flight.
 void describe(FlightStage& stage, const FlyArguments& arguments, const PictureSize& size)
 {
-    stage.cacheBytes = arguments.cacheMib << 20U;
     FlightSettings& settings = stage.settings;
     const gpu::DeviceDescription& device = stage.studio.device->description();
     settings.width = size.width;
@@ -183,14 +192,18 @@ core::Result<FlightStage> stageOfField(
          .pixelError = arguments.pixelError,
          .detail = options.detail,
          .latticeSize = arguments.lattice,
-         .updateMilliseconds = arguments.updateMilliseconds});
+         .updateMilliseconds = arguments.updateMilliseconds,
+         .streaming = {.cacheBytes = arguments.cacheMib << 20U}});
     if (!scene)
         return tl::unexpected(
             far ? withCache(scene.error(), arguments.cacheMib << 20U) : scene.error());
     stage.scene.emplace(std::move(*scene));
-    if (far)
+    if (far) {
         stage.voxelPixels = std::min(
             voxels::StreamingSettings{}.voxelPixels, arguments.far.handOver / render::kVoxelError);
+        if (const auto known = noteCache(stage); !known)
+            return tl::unexpected(known.error());
+    }
     progress.show("finding a way", -1);
     stage.views = flightPath(source, planOf(arguments, size));
     if (far) {
@@ -225,6 +238,7 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
              kSourceOption,
              kNoSourceOption,
              "--cache-mib",
+             "--memory-limit",
              "--out",
              "--device",
              "--threads",
@@ -241,7 +255,8 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
         return tl::unexpected(model.error());
 
     FlightStage stage;
-    auto source = sourceOf(*model, arguments.source, arguments.sourceChoice);
+    auto source =
+        sourceOf(*model, arguments.source, arguments.sourceChoice, memoryLimit(arguments.input));
     if (!source)
         return tl::unexpected(source.error());
     StudioOptions options = studioOptions(arguments, size);
@@ -257,12 +272,15 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
         model->store,
         stage.jobs,
         {.transitionSeconds = arguments.fade,
-         .streaming = {.voxelPixels = arguments.voxelPixels},
+         .streaming =
+             {.voxelPixels = arguments.voxelPixels, .cacheBytes = arguments.cacheMib << 20U},
          .way = voxelWay(arguments.way),
          .source = std::move(source->read)});
     if (!scene)
         return tl::unexpected(withCache(scene.error(), options.voxelBytes));
     stage.scene.emplace(std::move(*scene));
+    if (const auto known = noteCache(stage); !known)
+        return tl::unexpected(known.error());
     auto views = flightPath(*model, planOf(arguments, size));
     if (!views)
         return tl::unexpected(views.error());

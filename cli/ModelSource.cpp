@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <stop_token>
 #include <utility>
 
 namespace isofront::cli {
@@ -26,8 +27,11 @@ void SourceChoice::addTo(CLI::App& command)
         ->excludes(from);
 }
 
-core::Result<ShownSource>
-sourceOf(const ShownModel& model, const std::filesystem::path& path, const SourceChoice& choice)
+core::Result<ShownSource> sourceOf(
+    const ShownModel& model,
+    const std::filesystem::path& path,
+    const SourceChoice& choice,
+    std::uint64_t memoryLimit)
 {
     const auto& kept = model.store->model().source;
     if (!kept && !choice.file.empty())
@@ -40,10 +44,11 @@ sourceOf(const ShownModel& model, const std::filesystem::path& path, const Sourc
     ShownSource source;
     source.file = choice.file.empty() ? voxels::placeOfSource(*kept, path)
                                       : std::filesystem::path(choice.file);
-    source.read = [kept = *kept, file = source.file]() -> core::Result<voxels::TriangleModel> {
-        if (const auto sound = voxels::checkSource(kept, file); !sound)
+    source.read = [kept = *kept, file = source.file, memoryLimit](
+                      const std::stop_token& stop) -> core::Result<voxels::TriangleModel> {
+        if (const auto sound = voxels::checkSource(kept, file, stop); !sound)
             return tl::unexpected(sound.error());
-        return exchange::readModel(file);
+        return exchange::readModel(file, memoryLimit);
     };
     return source;
 }
@@ -59,7 +64,10 @@ std::string sourceNote(const render::HybridFrame& frame)
 {
     if (frame.sourceError)
         return "note: " + frame.sourceError->message +
-               "; voxels are shown in its place, as large as they are (see --source)";
+               "; voxels are shown in its place, as large as they are (see " +
+               (frame.sourceError->code == core::ErrorCode::resourceLimit ? "--memory-limit"
+                                                                          : kSourceOption) +
+               ")";
     if (frame.sourceIsFull)
         return "note: the device's memory for meshes holds " + grouped(frame.sourceBytes >> 20U) +
                " MiB of the source; the rest is shown as voxels";

@@ -34,10 +34,14 @@ struct ShownSource {
 
 /// The source of a model as it was chosen. Nothing is read before it is needed: then the file is
 /// held against what the model says of it.
-/// @param path  of the model
+/// @param path         of the model
+/// @param memoryLimit  of the file, unpacked, and of the triangles in it [bytes]
 /// @return usage for a file where the model names none, or where none is to be shown
-core::Result<ShownSource>
-sourceOf(const ShownModel& model, const std::filesystem::path& path, const SourceChoice& choice);
+core::Result<ShownSource> sourceOf(
+    const ShownModel& model,
+    const std::filesystem::path& path,
+    const SourceChoice& choice,
+    std::uint64_t memoryLimit);
 
 /// Whether a view has anything for which a source is needed.
 bool needsSource(const ShownModel& model, const hierarchy::View& view, double voxelPixels);

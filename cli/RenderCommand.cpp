@@ -66,6 +66,7 @@ int renderModel(const RenderArguments& arguments, const PictureSize& size)
         .cacheBytes = arguments.cacheMib << 20U,
         .samples = arguments.samples,
         .source = arguments.sourceChoice,
+        .memoryLimit = memoryLimit(arguments.input),
         .device = arguments.device,
         .threads = arguments.threads,
         .json = arguments.json,
@@ -134,6 +135,7 @@ int render(const RenderArguments& arguments)
              "--cache-mib",
              kSourceOption,
              kNoSourceOption,
+             "--memory-limit",
              "--device",
              "--threads",
              "--json",
@@ -234,7 +236,8 @@ int render(const RenderArguments& arguments)
         {.handOver = handOver,
          .pixelError = arguments.pixelError,
          .detail = options.detail,
-         .latticeSize = arguments.lattice});
+         .latticeSize = arguments.lattice,
+         .streaming = {.cacheBytes = arguments.cacheMib << 20U}});
     if (!scene)
         return report(far ? withCache(scene.error(), arguments.cacheMib << 20U) : scene.error());
     if (far) {

@@ -93,11 +93,15 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments)
         ->check(within(-most, most));
 }
 
+std::uint64_t memoryLimit(const SourceArguments& arguments)
+{
+    return static_cast<std::uint64_t>(arguments.memoryLimitGib * double(1ULL << 30U));
+}
+
 core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std::stop_token stop)
 {
     SourceOptions options;
-    options.memoryLimit =
-        static_cast<std::uint64_t>(arguments.memoryLimitGib * double(1ULL << 30U));
+    options.memoryLimit = memoryLimit(arguments);
     options.grid = arguments.grid;
     options.series = arguments.series;
     options.rawLayout = arguments.rawLayout;

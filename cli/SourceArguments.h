@@ -39,6 +39,9 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments);
 /// Errors: usage for texts that are not what an option wants.
 core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std::stop_token stop);
 
+/// What `--memory-limit` says [bytes].
+std::uint64_t memoryLimit(const SourceArguments& arguments);
+
 /// A failure to open a source; one for want of room names `--memory-limit`.
 core::Error withMemoryLimit(const core::Error& error, const SourceArguments& arguments);
 

@@ -210,7 +210,7 @@ int renderVoxels(const VoxelPictureRequest& request)
     const hierarchy::View view =
         viewTo(eye, target, request.fov, request.size.width, request.size.height, shown.up);
 
-    const auto source = sourceOf(shown, request.model, request.source);
+    const auto source = sourceOf(shown, request.model, request.source, request.memoryLimit);
     if (!source)
         return report(source.error());
     const bool usesSource = source->read && needsSource(shown, view, request.voxelPixels);

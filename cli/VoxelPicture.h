@@ -26,9 +26,10 @@ struct VoxelPictureRequest {
     PictureSize size;
     double voxelPixels = 1; ///< largest voxel [px]
     std::string way = "auto";
-    std::uint64_t cacheBytes = 0; ///< of the device, for chunks
-    int samples = 1;              ///< of each pixel
-    SourceChoice source;          ///< where voxels are too large
+    std::uint64_t cacheBytes = 0;                        ///< of the device, for chunks
+    int samples = 1;                                     ///< of each pixel
+    SourceChoice source;                                 ///< where voxels are too large
+    std::uint64_t memoryLimit = std::uint64_t{8} << 30U; ///< of the source [bytes]
     std::string device;
     std::size_t threads = 0;
     bool json = false;

@@ -119,16 +119,23 @@ TEST_F(FlyCommand, showsTheDistanceOfAPictureAsVoxelsToo)
 TEST_F(FlyCommand, teachesWhatAFarFieldIs)
 {
     write("text.voxels", "mine");
-    for (const std::string command : {"render proc:sphere -o a.png", "fly proc:sphere --out f"}) {
-        for (const std::string wrong : {"-5", "256.5", "abc", "", "+3", "1e3", "."})
-            expectFailure(
-                command + " --far-voxels '" + wrong + "'",
-                2,
-                {"--far-voxels '" + wrong + "'", "a whole number of voxels", "isofront voxelize"});
-        for (const std::string wrong : {"0", "1", "8193", "99999999999999999999"})
-            expectFailure(command + " --far-voxels " + wrong, 2, {wrong, "2 to 8192"});
-        for (const std::string missing : {"none.voxels", "no/where"})
-            expectFailure(command + " --far-voxels " + missing, 4, {missing, "no such file"});
+    const std::string draw = "render proc:sphere -o a.png";
+    const std::string fly = "fly proc:sphere --out f";
+    const auto expectNotUnderstood = [&](const std::string& command, const std::string& wrong) {
+        expectFailure(
+            command + " --far-voxels '" + wrong + "'",
+            2,
+            {"--far-voxels '" + wrong + "'", "a whole number of voxels", "isofront voxelize"});
+    };
+    for (const std::string wrong : {"-5", "256.5", "", "1e3"})
+        expectNotUnderstood(draw, wrong);
+    expectNotUnderstood(fly, "abc");
+    for (const std::string wrong : {"1", "99999999999999999999"})
+        expectFailure(draw + " --far-voxels " + wrong, 2, {wrong, "2 to 8192"});
+    expectFailure(fly + " --far-voxels 8193", 2, {"8193", "2 to 8192"});
+    expectFailure(draw + " --far-voxels none.voxels", 4, {"none.voxels", "no such file"});
+    expectFailure(fly + " --far-voxels no/where", 4, {"no/where", "no such file"});
+    for (const std::string& command : {draw, fly}) {
         expectFailure(command + " --far-voxels text.voxels", 3, {"--far-voxels", "text.voxels"});
         expectFailure(command + " --hand-over 2", 2, {"--hand-over", "--far-voxels"});
         expectFailure(command + " --cache-mib 9", 2, {"--cache-mib", "without --far-voxels"});
@@ -179,6 +186,12 @@ TEST_F(FlyCommand, refusesAFarFieldOfAnotherSurfaceAndNamesBoth)
     expectFailure(
         draw(torus, "torus.voxels --isovalue 0.05"), 2, {"isovalue 0.05", "isovalue 0.0,"});
     expectFailure(draw(torus, "torus.voxels --filter 1"), 2, {"by 1.0", "by 0.5", "--filter"});
+    // of the two filters that are taken, the other: 5 times as strong in pictures, 7.5 in flights
+    make(torus + " --filter 3.75", "smoother.voxels");
+    json("fly " + torus + " --frames 1 --size 64x36 --out flown --far-voxels smoother.voxels");
+    make(torus + " --filter 2.5", "smooth.voxels");
+    json(draw(torus, "smooth.voxels"));
+    expectFailure(draw(torus, "smooth.voxels --filter 1"), 2, {"by 2.5", "by 1.0", "--filter 5"});
     expectFailure(draw(torus, "torus.voxels --closed"), 2, {"open", "--closed"});
     expectFailure("fly proc:torus --out f --far-voxels torus.voxels", 2, {"tube=0.2", "tube=0.3"});
     EXPECT_FALSE(fs::exists(folder / "f"));
@@ -215,8 +228,7 @@ TEST_F(FlyCommand, refusesWhatChangesNothingAndLeavesNoFolder)
           "--lattice 4",
           "--preset canyon",
           "--seed 3",
-          "--max-memory 3MiB",
-          "--memory-limit 1"})
+          "--max-memory 3MiB"})
         expectFailure(
             "fly ball.voxels --out f " + option,
             2,

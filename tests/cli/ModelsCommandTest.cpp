@@ -434,8 +434,7 @@ TEST_F(ModelsCommand, renderAModelAtTheDetailThatIsAskedFor)
           "--pixel-error 3",
           "--closed",
           "--quality best",
-          "--max-cells 100000",
-          "--memory-limit 1"})
+          "--max-cells 100000"})
         expectFailure(
             "render t.voxels -o a.png " + option,
             2,
@@ -490,6 +489,16 @@ TEST_F(ModelsCommand, showTheMeshThatAModelWasMadeFromCloseUp)
     EXPECT_NE(changed.errors.find("changed"), std::string::npos) << changed.errors;
     EXPECT_EQ(contentsOf(folder / "changed.png"), contentsOf(folder / "voxels.png"));
     EXPECT_EQ(run(picture + "a.png --no-source --source moved/t.obj").exitCode, 2);
+
+    // one that is larger than it may be
+    write("big.obj", std::string(2 << 20, '\n') + kTetrahedron);
+    json("voxelize big.obj --resolution 40 -o big.voxels");
+    const std::string large = "render big.voxels --size 160x120 --json -o big.png";
+    EXPECT_GT(Json::parse(run(large).output)["source"]["triangles_drawn"], 4);
+    const Outcome limited = run(large + " --memory-limit 0.001");
+    EXPECT_EQ(limited.exitCode, 0) << limited.errors;
+    EXPECT_NE(limited.errors.find("--memory-limit"), std::string::npos) << limited.errors;
+    EXPECT_EQ(Json::parse(limited.output)["source"]["triangles_drawn"], 0);
 }
 #endif
 

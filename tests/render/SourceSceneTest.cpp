@@ -8,8 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <numbers>
-#include <thread>
+#include <stop_token>
 
 namespace isofront::test {
 namespace {
@@ -62,7 +63,9 @@ protected:
         settings.streaming.voxelPixels = pixels;
         settings.streaming.occlusion = false;
         settings.transitionSeconds = transitionSeconds;
-        settings.source = [] { return core::Result<voxels::TriangleModel>(_hills); };
+        settings.source = [](const std::stop_token&) {
+            return core::Result<voxels::TriangleModel>(_hills);
+        };
         return settings;
     }
     struct Picture {
@@ -228,7 +231,7 @@ TEST_F(SourceScenes, stayVoxelsWithoutTheSource)
     const hierarchy::View view = lookingAt({1.5, -0.4, 0.3}, {0.9, 0, 0.1}, 200, 150);
     const double pixels = boundAt(view, 3.5);
     HybridSettings how = settings(pixels);
-    how.source = []() -> core::Result<voxels::TriangleModel> {
+    how.source = [](const std::stop_token&) -> core::Result<voxels::TriangleModel> {
         return core::failure(core::ErrorCode::inputOutput, "hills.ply: gone");
     };
     const Picture picture = settled(view, how);
@@ -240,7 +243,7 @@ TEST_F(SourceScenes, stayVoxelsWithoutTheSource)
     EXPECT_EQ(picture.frame.sourceBytes, 0U);
 
     // one that contradicts itself
-    how.source = [] {
+    how.source = [](const std::stop_token&) {
         voxels::TriangleModel damaged = _hills;
         damaged.colours.pop_back();
         return core::Result<voxels::TriangleModel>(std::move(damaged));
@@ -248,13 +251,22 @@ TEST_F(SourceScenes, stayVoxelsWithoutTheSource)
     const Picture other = settled(view, how);
     EXPECT_EQ(other.rgba, voxels.rgba);
     EXPECT_TRUE(other.frame.sourceError);
+
+    // one that memory doesn't hold
+    how.source = [](const std::stop_token&) -> core::Result<voxels::TriangleModel> {
+        throw std::bad_alloc();
+    };
+    const Picture huge = settled(view, how);
+    EXPECT_EQ(huge.rgba, voxels.rgba);
+    ASSERT_TRUE(huge.frame.sourceError);
+    EXPECT_EQ(huge.frame.sourceError->code, core::ErrorCode::resourceLimit);
 }
 
 TEST_F(SourceScenes, readNoSourceThatNobodyNeeds)
 {
     const hierarchy::View view = lookingAt({3, 0, 0}, {0, 0, 0}, 200, 150);
     HybridSettings how = settings(boundAt(view, 1.0));
-    how.source = []() -> core::Result<voxels::TriangleModel> {
+    how.source = [](const std::stop_token&) -> core::Result<voxels::TriangleModel> {
         ADD_FAILURE() << "voxels are fine enough";
         return voxels::TriangleModel();
     };
@@ -269,7 +281,7 @@ TEST_F(SourceScenes, makeDoWithTheRoomThatThereIs)
     const hierarchy::View view = lookingAt({1.7, -0.4, 0.3}, {0, 0, 0}, 200, 150);
     const Picture picture = settled(view, settings(1e-2), small);
     EXPECT_TRUE(picture.frame.sourceIsFull);
-    EXPECT_LE(picture.frame.sourceBytes, small.poolBytes);
+    EXPECT_LE(double(picture.frame.sourceBytes), 0.75 * double(small.poolBytes));
     EXPECT_GT(picture.frame.drawn.triangles, 0U);
     EXPECT_GT(voxelPixels(picture), 100U);
     const Picture source = settled(view, settings(1e-3));
@@ -288,33 +300,36 @@ TEST_F(SourceScenes, makeDoWithTheRoomThatThereIs)
         ASSERT_TRUE(frame) << frame.error().message;
         EXPECT_GT(frame->meshBlocks, 0U);
         EXPECT_GT(frame->drawn.triangles, 0U) << side;
-        EXPECT_LE(frame->sourceBytes, small.poolBytes);
+        EXPECT_LE(double(frame->sourceBytes), 0.75 * double(small.poolBytes));
     }
 }
 
 TEST_F(SourceScenes, fadeAsAllElseDoes)
 {
-    const auto at = [](double away) {
-        return lookingAt({away, -0.4, 0.3}, {0.5, 0, 0.1}, 80, 60);
-    };
+    const auto at = [](double away) { return lookingAt({away, -0.4, 0.3}, {0.5, 0, 0.1}, 80, 60); };
     const double pixels = boundAt(at(2.4), 1.2);
     const auto shown = renderer(render::voxelDomain(lattice()), sourceOptions());
-    auto scene = HybridScene::create(*shown, nullptr, _store, jobs(), settings(pixels, 0.2));
+    // what is asked for is there with the next frame, however fast the machine is
+    auto scene = HybridScene::create(
+        *shown,
+        nullptr,
+        _store,
+        core::makeJobs(core::JobsBackend::inlined, 1),
+        settings(pixels, 0.1));
     ASSERT_TRUE(scene) << scene.error().message;
     ASSERT_TRUE(scene->settle(at(2.4), look()));
     std::size_t changes = 0;
     std::size_t blocks = 0;
     double time = 0;
     bool isComplete = false;
-    // flies in, then waits for what is being read
-    for (int i = 0; i < 100'000 && !(i > 30 && isComplete); ++i) {
+    // flies in, then stays until all is there
+    for (int i = 0; i < 300 && !(i > 15 && isComplete); ++i) {
         time += 1.0 / 30;
-        const auto frame = scene->frame(at(std::max(2.4 - 0.03 * i, 1.5)), look(), time);
+        const auto frame = scene->frame(at(std::max(2.4 - 0.06 * i, 1.5)), look(), time);
         ASSERT_TRUE(frame) << frame.error().message;
         changes += frame->meshBlocks != blocks ? 1U : 0U;
         blocks = frame->meshBlocks;
         isComplete = frame->isComplete;
-        std::this_thread::yield();
     }
     const hierarchy::View last = at(1.5);
     const std::vector<float> depth = *shown->readDepth();

@@ -424,7 +424,7 @@ core::Result<HybridFrame> HybridScene::settle(
             meshes.uploadedBytes += followed->uploadedBytes;
             if (parts.source->isComplete() || !parts.source->isWorking() || stop.stop_requested())
                 break;
-            parts.source->wait();
+            parts.source->wait(stop);
         }
         if (const auto shown = parts.show(view, scene, true, 1, frame); !shown)
             return tl::unexpected(shown.error());

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <new>
+#include <type_traits>
 #include <utility>
 
 namespace isofront::render {
@@ -62,6 +64,19 @@ std::uint64_t bytesOf(const extractor::CellMesh& mesh)
            mesh.attributes.size() * sizeof(std::uint32_t);
 }
 
+/// What a job makes, or why memory doesn't suffice: nobody could catch it there.
+template <typename Make>
+std::invoke_result_t<Make> withinMemory(const Make& make)
+{
+    try {
+        return make();
+    } catch (const std::bad_alloc&) {
+        return core::failure(
+            core::ErrorCode::resourceLimit,
+            "the mesh that the voxels were made from doesn't fit in memory");
+    }
+}
+
 } // namespace
 
 hierarchy::Domain voxelDomain(const voxels::VoxelLattice& lattice)
@@ -85,6 +100,7 @@ SourceStream::SourceStream(
 
 SourceStream::~SourceStream()
 {
+    _stopping.request_stop();
     std::unique_lock lock(_mutex);
     _changed.wait(lock, [this] { return _running == 0; });
 }
@@ -96,7 +112,8 @@ void SourceStream::submit(std::function<void()> job)
         ++_running;
     }
     _jobs->submit([this, job = std::move(job)] {
-        job();
+        if (!_stopping.stop_requested())
+            job();
         const std::lock_guard lock(_mutex);
         --_running;
         // under the lock: once it is let go this stream may be gone
@@ -111,16 +128,19 @@ void SourceStream::open()
     submit([this] {
         using Opened = core::Result<std::shared_ptr<const voxels::SourceMesh>>;
         const auto read = [this]() -> Opened {
-            auto model = _read();
+            const std::stop_token stop = _stopping.get_token();
+            auto model = _read(stop);
             if (!model)
                 return tl::unexpected(model.error());
+            if (stop.stop_requested())
+                return core::failure(core::ErrorCode::interrupted, "interrupted");
             auto mesh =
                 voxels::SourceMesh::create(std::move(*model), _lattice, _grid.bits, _grid.count);
             if (!mesh)
                 return tl::unexpected(mesh.error());
             return std::make_shared<const voxels::SourceMesh>(std::move(*mesh));
         };
-        Opened opened = read();
+        Opened opened = withinMemory(read);
         const std::lock_guard lock(_mutex);
         _opened = std::move(opened);
     });
@@ -152,7 +172,7 @@ void SourceStream::cut(std::size_t block)
 {
     _asked.insert(block);
     submit([this, block, mesh = _mesh] {
-        Part part = partOf(*mesh, block);
+        auto part = withinMemory([&]() -> core::Result<Part> { return partOf(*mesh, block); });
         const std::lock_guard lock(_mutex);
         _done.emplace_back(block, std::move(part));
     });
@@ -168,16 +188,28 @@ void SourceStream::take()
                 if (_mesh->trianglesNear(placeOf(block)) == 0)
                     _states[block] = SourceState::nothing;
         } else {
-            _error = _opened->error();
-            _hasFailed = true;
+            fail(_opened->error());
         }
         _opened.reset();
     }
     for (auto& [block, part] : _done) {
         _asked.erase(block);
-        _cut.emplace(block, std::move(part));
+        if (!part)
+            fail(part.error());
+        else if (!_hasFailed)
+            _cut.emplace(block, std::move(*part));
     }
     _done.clear();
+}
+
+/// What is on the device stays; everywhere else voxels do.
+void SourceStream::fail(const core::Error& error)
+{
+    if (std::exchange(_hasFailed, true))
+        return;
+    _error = error;
+    _mesh.reset();
+    _cut.clear();
 }
 
 /// Blocks in view whose voxels are too coarse, the nearest first.
@@ -262,13 +294,13 @@ SourceStream::update(const hierarchy::View& view, const HandOver& owners, std::u
         _isComplete = false;
         return _delta;
     }
-    const std::set<std::size_t> all(blocks.begin(), blocks.end());
-    std::erase_if(_cut, [&](const auto& entry) { return !all.contains(entry.first); });
     std::set<std::size_t> kept; // of the blocks, those that come before one for which is no room
     const std::uint64_t room = _limit > fadingBytes ? _limit - fadingBytes : 0;
     const std::size_t most = kAhead * _jobs->concurrency();
-    std::uint64_t bytes = 0;
+    std::uint64_t bytes = 0;   // of this step
+    std::uint64_t waiting = 0; // for a later one
     std::uint64_t missing = 0;
+    std::size_t ahead = 0; // that aren't there yet
     std::vector<std::size_t> toCut;
     for (const std::size_t block : blocks) {
         kept.insert(block);
@@ -277,24 +309,35 @@ SourceStream::update(const hierarchy::View& view, const HandOver& owners, std::u
             _states[block] = SourceState::there;
             continue;
         }
+        if (++ahead > most) {
+            kept.erase(block);
+            _isComplete = false;
+            continue;
+        }
         const auto ready = _cut.find(block);
+        // of one that isn't cut nobody knows how large it is: something
+        const std::uint64_t own = ready == _cut.end() ? 1 : ready->second.bytes;
+        const std::uint64_t taken = _bytes + bytes + waiting + own;
+        if (taken > room) {
+            missing = taken - room;
+            break;
+        }
         if (ready == _cut.end()) {
             _isComplete = false;
             if (!_asked.contains(block) && _asked.size() + toCut.size() < most)
                 toCut.push_back(block);
             continue;
         }
-        if (_bytes + bytes + ready->second.bytes > room) {
-            missing = _bytes + bytes + ready->second.bytes - room;
-            break;
-        }
-        if (bytes > 0 && bytes + ready->second.bytes > kStepBytes) {
+        if (bytes > 0 && bytes + own > kStepBytes) {
             _isComplete = false;
+            waiting += own;
             continue;
         }
         bytes += ready->second.bytes;
         _added.push_back(block);
     }
+    // neither what the view doesn't need, nor what comes behind a block that must wait
+    std::erase_if(_cut, [&](const auto& entry) { return !kept.contains(entry.first); });
     for (const std::size_t block : toCut)
         cut(block);
     if (missing > 0)
@@ -342,10 +385,10 @@ void SourceStream::refuse()
     _removed.clear();
 }
 
-void SourceStream::wait()
+void SourceStream::wait(const std::stop_token& stop)
 {
     std::unique_lock lock(_mutex);
-    _changed.wait(lock, [this] { return _opened || !_done.empty() || _running == 0; });
+    _changed.wait(lock, stop, [this] { return _opened || !_done.empty() || _running == 0; });
 }
 
 bool SourceStream::isWorking() const

@@ -18,6 +18,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <stop_token>
 #include <unordered_map>
 #include <vector>
 
@@ -42,7 +43,7 @@ public:
         std::uint64_t bytes);
     SourceStream(const SourceStream&) = delete;
     SourceStream& operator=(const SourceStream&) = delete;
-    /// Waits for what is being read.
+    /// Stops what is read and cut, and waits until nothing is.
     ~SourceStream();
 
     /// The next step of the cells on the device, never waiting. Follow it by `confirm` or `refuse`.
@@ -60,8 +61,8 @@ public:
     [[nodiscard]] bool isComplete() const { return _isComplete; }
     /// Whether something is read or cut, or was so since the last step.
     [[nodiscard]] bool isWorking() const;
-    /// Waits until something is read or cut, or nothing is being so.
-    void wait();
+    /// Waits until something is read or cut, or nothing is being so, or it is told to stop.
+    void wait(const std::stop_token& stop);
     /// Why there is no source, once.
     std::optional<core::Error> takeError();
 
@@ -82,6 +83,7 @@ private:
     void open();
     void cut(std::size_t block);
     void take();
+    void fail(const core::Error& error);
     void submit(std::function<void()> job);
     [[nodiscard]] std::vector<std::size_t>
     wanted(const hierarchy::View& view, double distance) const;
@@ -117,10 +119,11 @@ private:
 
     std::shared_ptr<const voxels::SourceMesh> _mesh; ///< once it is read
     mutable std::mutex _mutex;                       ///< of what follows
-    std::condition_variable _changed;
+    std::condition_variable_any _changed;
     std::optional<core::Result<std::shared_ptr<const voxels::SourceMesh>>> _opened;
-    std::vector<std::pair<std::size_t, Part>> _done;
+    std::vector<std::pair<std::size_t, core::Result<Part>>> _done;
     std::size_t _running = 0;
+    std::stop_source _stopping; ///< of all jobs
 };
 
 } // namespace isofront::render

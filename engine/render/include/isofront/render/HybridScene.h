@@ -19,8 +19,9 @@
 
 namespace isofront::render {
 
-/// Reads the mesh that a voxel model was made from; from any thread, once at most.
-using SourceReader = std::function<core::Result<voxels::TriangleModel>()>;
+/// Reads the mesh that a voxel model was made from; from any thread, once at most. When the token
+/// is stopped nobody needs it any more.
+using SourceReader = std::function<core::Result<voxels::TriangleModel>(const std::stop_token&)>;
 
 struct HybridSettings {
     /// HandOverSettings::meshPixels is taken from `pixelError`.
