@@ -121,11 +121,6 @@ Response Service::answer(const Request& request, const Admission& admission)
 tl::expected<std::unique_ptr<Stream>, Response>
 Service::open(const Request& request, const Admission& admission)
 {
-    if (_metrics.value(Metrics::Level::streams) >= _settings.streams) {
-        _metrics.count(Metrics::Count::refused);
-        return tl::unexpected(problem(503, "as many clients are connected as may be: try again")
-                                  .with("Retry-After", "5"));
-    }
     try {
         return admission.route->open(request);
     } catch (const std::exception& error) {
