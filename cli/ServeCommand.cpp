@@ -118,8 +118,8 @@ int serve(const ServeArguments& arguments)
 
 Action addServe(CLI::App& app)
 {
-    CLI::App* command = app.add_subcommand(
-        "serve", "show scenes to browsers and programs, over HTTP and WebSocket");
+    CLI::App* command =
+        app.add_subcommand("serve", "keep scenes and describe them to programs, over HTTP");
     auto arguments = std::make_shared<ServeArguments>();
     command->add_option("--config", arguments->config, "file of settings, 'name = value' a line");
     command->add_flag(

@@ -121,6 +121,14 @@ core::Result<std::unique_ptr<Server>> Server::start(const Settings& settings)
             return tl::unexpected(read.error());
         tokens = std::move(*read);
     }
+    for (const auto& [name, folder] :
+         {std::pair("sources", &settings.sources), std::pair("viewer", &settings.viewer)}) {
+        std::error_code ignored;
+        if (!folder->empty() && !fs::is_directory(*folder, ignored))
+            return core::failure(
+                core::ErrorCode::inputOutput,
+                std::string(name) + ": " + folder->string() + ": there is no such folder");
+    }
     auto data = DataFolder::take(settings.data);
     if (!data)
         return tl::unexpected(data.error());

@@ -506,6 +506,10 @@ TEST(Server, saysWhyItCantStart)
     const auto refused = Server::start(unwritable);
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find("data"), std::string::npos);
+    Settings sources = settings;
+    sources.data = folder.path / "third";
+    sources.sources = folder.path / "none";
+    EXPECT_FALSE(Server::start(sources));
     Settings tokens = settings;
     tokens.tokens = folder.path / "none";
     EXPECT_FALSE(Server::start(tokens));
