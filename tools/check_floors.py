@@ -57,7 +57,7 @@ CONFINED = [
             "extractor/volume/src/GridField.h",
             "extractor/volume/src/SparseBounds.h",
             "extractor/volume/src/SparsePyramid.h",
-            "extractor/volume/src/VdbReader.cpp",
+            "extractor/volume/src/MeshToVdb.cpp", "extractor/volume/src/VdbReader.cpp",
             "bench/peers/MeshToVolume.cpp", "bench/peers/VolumeToMesh.cpp",
         ],
     ),

@@ -17,8 +17,8 @@ std::size_t bytesOf(VoxelType type)
 
 std::string_view nameOf(VolumeFormat format)
 {
-    constexpr std::array<std::string_view, 7> kNames = {
-        "NRRD", "NIfTI", "MetaImage", "OpenVDB", "DICOM", "TIFF", "raw"};
+    constexpr std::array<std::string_view, 8> kNames = {
+        "NRRD", "NIfTI", "MetaImage", "OpenVDB", "DICOM", "TIFF", "raw", "mesh"};
     return kNames[static_cast<std::size_t>(format)];
 }
 

@@ -21,9 +21,9 @@ std::string_view nameOf(VoxelType type);
 /// Bytes that one voxel of the type takes.
 std::size_t bytesOf(VoxelType type);
 
-enum class VolumeFormat { nrrd, nifti, metaImage, vdb, dicom, tiff, raw };
+enum class VolumeFormat { nrrd, nifti, metaImage, vdb, dicom, tiff, raw, mesh };
 
-/// "NRRD", "NIfTI", "MetaImage", "OpenVDB", "DICOM", "TIFF" or "raw".
+/// "NRRD", "NIfTI", "MetaImage", "OpenVDB", "DICOM", "TIFF", "raw" or "mesh".
 std::string_view nameOf(VolumeFormat format);
 
 /// How the finite values of a volume are distributed.
