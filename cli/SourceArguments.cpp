@@ -3,6 +3,8 @@
 #include "Arguments.h"
 #include "Console.h"
 
+#include <isofront/volume/MeshLevelSet.h>
+
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -47,6 +49,7 @@ CLI::Option* addSource(CLI::App& command, std::string& text)
         "a volume: .nrrd .nhdr .nii .nii.gz .mha .mhd .vdb, .tif of several pages, .raw .raw.gz "
         ".bin (see --raw),\n"
         "or a folder of DICOM or TIFF slices; an elevation raster: .hgt .hgt.gz .tif .png;\n"
+        "a mesh: .glb .gltf .ply .obj .stl;\n"
         "or a field by formula, proc:NAME[?key=value&...], as 'isofront info proc:' lists them");
 }
 
@@ -69,6 +72,21 @@ void addSourceArguments(CLI::App& command, SourceArguments& arguments)
         "--voxel-size",
         arguments.voxelSize,
         "of a volume, instead of what the file says: X,Y,Z [world]");
+    command
+        .add_option(
+            "--mesh-resolution",
+            arguments.meshResolution,
+            "of a mesh as distances: voxels along its longest edge")
+        ->check(CLI::Range(
+            volume::LevelSetOptions::kLeastResolution, volume::LevelSetOptions::kMostResolution))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--mesh-reach",
+            arguments.meshReach,
+            "of a mesh as distances: how far from it they are known; default: a sixteenth of its "
+            "longest edge [world]")
+        ->check(within(0.0, most));
     command.add_option(
         "--pixel-size",
         arguments.pixelSize,
@@ -108,6 +126,8 @@ core::Result<SourceOptions> sourceOptions(const SourceArguments& arguments, std:
     options.heightScale = arguments.heightScale;
     options.noData = arguments.noData;
     options.detail = arguments.detail;
+    options.meshResolution = arguments.meshResolution;
+    options.meshReach = arguments.meshReach;
     options.stop = std::move(stop);
     if (!arguments.pixelSize.empty()) {
         const auto size = parsePixelSize(arguments.pixelSize);

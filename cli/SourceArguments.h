@@ -27,6 +27,8 @@ struct SourceArguments {
     std::string pixelSize;
     std::optional<double> heightScale;
     std::optional<double> noData;
+    int meshResolution = 256;
+    std::optional<double> meshReach;
     std::string detail = "none"; ///< a command that shows sources sets another one
 };
 

@@ -189,6 +189,37 @@ TEST_F(SourcesCommand, readFilesThatAPresetNames)
         {"maps/slip.json", "line 2, column 22", "a name in double quotes"});
 }
 
+#ifdef ISOFRONT_WITH_OPENVDB
+TEST_F(SourcesCommand, takeMeshesWhoseIsovalueIsAnOffset)
+{
+    ASSERT_EQ(run("extract proc:sphere --level 9 -q -o ball.ply").exitCode, 0);
+    const Json mesh = Json::parse(run("info ball.ply --json").output);
+    EXPECT_EQ(mesh.at("description"), "mesh");
+    for (const double offset : {0.0, 0.05, -0.05}) {
+        const Outcome outcome =
+            run("extract ball.ply --mesh-resolution 32 --mesh-reach 0.1 --isovalue " +
+                std::to_string(offset) + " -o grown.glb --json -q");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+        const Json json = Json::parse(outcome.output);
+        EXPECT_GT(json["triangles"], 1000);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            EXPECT_NEAR(
+                double(json["bounds"]["max"][axis]),
+                double(mesh["world_box"]["max"][axis]) + offset,
+                0.01);
+    }
+    expectFailure("extract ball.ply --mesh-resolution 7 -o a.ply", 2, {"--mesh-resolution"});
+    expectFailure("extract ball.ply --mesh-reach 5 -o a.ply", 2, {"ball.ply", "longest edge"});
+    expectFailure("extract ball.ply --memory-limit 0.001 -o a.ply", 6, {"ball.ply"});
+    // a tent, open below
+    write("tent.obj", "v 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 -1 0\nf 1 2 3\nf 1 3 4\nf 1 4 2\n");
+    const Outcome open = run("extract tent.obj --mesh-resolution 32 -o tent.ply");
+    EXPECT_EQ(open.exitCode, 0) << open.errors;
+    EXPECT_NE(open.errors.find("note: 3 edges belong to one triangle only"), std::string::npos)
+        << open.errors;
+}
+#endif
+
 TEST_F(SourcesCommand, areListedInTheHelpOfEveryCommandThatTakesThem)
 {
     for (const char* command : {
@@ -201,7 +232,8 @@ TEST_F(SourcesCommand, areListedInTheHelpOfEveryCommandThatTakesThem)
          }) {
         const Outcome help = run(std::string(command) + " --help");
         EXPECT_EQ(help.exitCode, 0);
-        for (const char* kind : {".nrrd", ".vdb", ".hgt", "DICOM", "TIFF", ".raw", "proc:NAME"})
+        for (const char* kind :
+             {".nrrd", ".vdb", ".hgt", "DICOM", "TIFF", ".raw", ".glb", "proc:NAME"})
             EXPECT_NE(help.output.find(kind), std::string::npos) << command << " " << kind;
     }
 }

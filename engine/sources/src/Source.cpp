@@ -7,7 +7,9 @@
 #include <isofront/exchange/ModelFile.h>
 #include <isofront/fields/Procedural.h>
 #include <isofront/hierarchy/Criterion.h>
+#include <isofront/volume/MeshLevelSet.h>
 #include <isofront/voxels/ChunkStore.h>
+#include <isofront/voxels/TriangleModel.h>
 
 #include <glm/geometric.hpp>
 
@@ -108,6 +110,23 @@ core::Result<Source> openProcedural(const std::string& text, const SourceOptions
     return source;
 }
 
+/// A volume as a source, all but its identity and description.
+Source sourceOf(const std::string& text, volume::LoadedVolume loaded, bool isModel)
+{
+    Source source;
+    source.name = text;
+    source.field = loaded.field;
+    source.domain = {loaded.domainOrigin, loaded.domainEdge, loaded.worldFromIndex};
+    source.defaultIsovalue = loaded.info.suggestedIsovalue;
+    source.negated = loaded.negated;
+    source.voxel = 1.0;
+    source.worldBox = worldBoxOf(loaded.dataBox, loaded.worldFromIndex);
+    lookAt(source, isModel);
+    source.notes = loaded.info.notes;
+    source.volume = std::move(loaded);
+    return source;
+}
+
 core::Result<Source> openVolume(const std::string& text, const SourceOptions& options)
 {
     auto loaded = volume::loadVolume(
@@ -121,21 +140,46 @@ core::Result<Source> openVolume(const std::string& text, const SourceOptions& op
     if (!loaded)
         return tl::unexpected<core::Error>(loaded.error());
 
-    Source source;
-    source.name = text;
+    const bool isLevelSet = loaded->info.format == volume::VolumeFormat::vdb && loaded->negated;
+    Source source = sourceOf(text, std::move(*loaded), isLevelSet);
+    const volume::VolumeInfo& info = source.volume->info;
     source.identity = fileNameOf(text);
-    if (!loaded->info.gridName.empty())
-        source.identity += "?grid=" + loaded->info.gridName;
-    source.description = std::string(volume::nameOf(loaded->info.format)) + " volume";
-    source.field = loaded->field;
-    source.domain = {loaded->domainOrigin, loaded->domainEdge, loaded->worldFromIndex};
-    source.defaultIsovalue = loaded->info.suggestedIsovalue;
-    source.negated = loaded->negated;
-    source.voxel = 1.0;
-    source.worldBox = worldBoxOf(loaded->dataBox, loaded->worldFromIndex);
-    lookAt(source, loaded->info.format == volume::VolumeFormat::vdb && loaded->negated);
-    source.notes = loaded->info.notes;
-    source.volume = std::move(*loaded);
+    if (!info.gridName.empty())
+        source.identity += "?grid=" + info.gridName;
+    source.description = std::string(volume::nameOf(info.format)) + " volume";
+    return source;
+}
+
+core::Result<Source> openMesh(const std::string& text, const SourceOptions& options)
+{
+    const auto model = exchange::readModel(text, options.memoryLimit);
+    if (!model)
+        return tl::unexpected<core::Error>(model.error());
+    const voxels::ModelReport report = voxels::inspect(*model);
+    volume::LevelSetOptions levelSet{
+        .resolution = options.meshResolution,
+        .reach = options.meshReach,
+        .isSolid = report.openEdges == 0,
+        .memoryLimit = options.memoryLimit,
+        .stop = options.stop};
+    auto loaded = volume::levelSetOf({model->positions, model->triangles}, levelSet);
+    if (!loaded)
+        return tl::unexpected<core::Error>(loaded.error().within(text));
+
+    Source source = sourceOf(text, std::move(*loaded), true);
+    source.identity = fileNameOf(text) + "?resolution=" + std::to_string(options.meshResolution);
+    source.description = "distance from a mesh";
+    const auto note = [&](std::uint64_t count, const char* what) {
+        if (count > 0)
+            source.notes.push_back(std::to_string(count) + " " + what);
+    };
+    note(report.outOfRange, "triangles name positions that are not there, and are left out");
+    note(report.notFinite, "triangles have corners that are not finite numbers, and are left out");
+    note(
+        report.openEdges,
+        "edges belong to one triangle only, so the mesh encloses nothing: a shell of three voxels "
+        "around its triangles is solid");
+    source.notes.insert(source.notes.begin(), model->notes.begin(), model->notes.end());
     return source;
 }
 
@@ -246,10 +290,7 @@ core::Result<Source> openSource(const std::string& text, const SourceOptions& op
         return core::failure(
             core::ErrorCode::inputOutput, text + ": there is no such file; check the path");
     if (exchange::isModelName(text))
-        return core::failure(
-            core::ErrorCode::usage,
-            text + ": a mesh is no field; 'isofront voxelize' turns it into voxels, which "
-                   "'isofront render' shows");
+        return openMesh(text, options);
     if (voxels::isStore(text))
         return core::failure(
             core::ErrorCode::usage,

@@ -62,6 +62,8 @@ struct SourceOptions {
     std::optional<double> heightScale = {};              ///< of an elevation raster [m]
     std::optional<double> noData = {};                   ///< of an elevation raster
     std::string detail = "none";                         ///< added to an elevation raster
+    int meshResolution = 256;                            ///< of a mesh: see LevelSetOptions
+    std::optional<double> meshReach = {};                ///< of a mesh [world]
     std::stop_token stop = {};
 };
 
@@ -73,9 +75,10 @@ std::uint64_t checksumOf(const Source& source);
 /// a volume's own voxels, for theirs.
 int levelForStep(double share, int latticeSize);
 
-/// Opens `proc:NAME[?key=value&...]`, a volume or an elevation raster.
-/// Errors: usage for unknown names, parameters and kinds of file, and what loadVolume and
-/// loadElevation say.
+/// Opens `proc:NAME[?key=value&...]`, a volume, an elevation raster or a mesh. A mesh becomes the
+/// distance from it (volume::levelSetOf), solid if it is closed, else a shell around its triangles.
+/// Errors: usage for unknown names, parameters and kinds of file, and what loadVolume,
+/// loadElevation, exchange::readModel and levelSetOf say.
 core::Result<Source> openSource(const std::string& text, const SourceOptions& options);
 
 } // namespace isofront::sources
