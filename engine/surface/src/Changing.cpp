@@ -102,6 +102,7 @@ void Surface::Impl::startWhole(int coarser, const hierarchy::Front* target)
 {
     WholeSurface::Sources sources;
     sources.extractor = _extractor;
+    sources.shared = _options.shared;
     sources.shown = &_shown;
     sources.meshes = &_meshes;
     sources.sameIsovalue = _isovalue == _shownIsovalue;

@@ -16,8 +16,10 @@ constexpr std::size_t kTurn = 4;
 } // namespace
 
 ExtractionQueue::ExtractionQueue(
-    std::shared_ptr<const extractor::CellExtractor> extractor, std::shared_ptr<core::Jobs> jobs)
-    : _extractor(std::move(extractor)), _jobs(std::move(jobs))
+    std::shared_ptr<const extractor::CellExtractor> extractor,
+    std::shared_ptr<core::Jobs> jobs,
+    std::shared_ptr<SharedCells> shared)
+    : _extractor(std::move(extractor)), _jobs(std::move(jobs)), _shared(std::move(shared))
 {
 }
 
@@ -140,7 +142,7 @@ void ExtractionQueue::work()
         const std::uint64_t generation = _generation;
 
         lock.unlock();
-        auto mesh = extractor->extract(hierarchy::tetrahedronOf(next.id), nullptr, cancelled.get());
+        CellMeshPointer mesh = extractShared(*extractor, _shared.get(), next.id, cancelled.get());
         lock.lock();
         ++extracted;
         if (generation != _generation)
@@ -154,8 +156,7 @@ void ExtractionQueue::work()
             continue;
         }
         if (entry.wanted)
-            _finished.push_back(
-                {next.id, std::make_shared<const extractor::CellMesh>(std::move(*mesh))});
+            _finished.push_back({next.id, std::move(mesh)});
         _entries.erase(next.id);
     }
     --_workers;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "CellCache.h"
+#include "isofront/surface/SharedCells.h"
 
 #include <isofront/core/Jobs.h>
 #include <isofront/extractor/CellExtractor.h>
@@ -25,7 +26,8 @@ class ExtractionQueue {
 public:
     ExtractionQueue(
         std::shared_ptr<const extractor::CellExtractor> extractor,
-        std::shared_ptr<core::Jobs> jobs);
+        std::shared_ptr<core::Jobs> jobs,
+        std::shared_ptr<SharedCells> shared = nullptr);
     ExtractionQueue(const ExtractionQueue&) = delete;
     ExtractionQueue& operator=(const ExtractionQueue&) = delete;
     /// Takes everything back and waits for what is running.
@@ -70,6 +72,7 @@ private:
 
     std::shared_ptr<const extractor::CellExtractor> _extractor;
     std::shared_ptr<core::Jobs> _jobs;
+    std::shared_ptr<SharedCells> _shared;
     mutable std::mutex _mutex;
     std::condition_variable _workerLeft;
     std::unordered_map<hierarchy::CellId, Entry, hierarchy::CellIdHash> _entries;

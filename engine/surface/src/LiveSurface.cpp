@@ -63,7 +63,7 @@ Surface::Impl::Impl(
           std::make_shared<hierarchy::UniformCriterion>(0),
           {.maxLevel = options.maxLevel, .offScreen = options.detail.offScreen}),
       _isovalue(options.extraction.isovalue), _shownIsovalue(_isovalue), _cache(options.cacheBytes),
-      _queue(_extractor, _jobs)
+      _queue(_extractor, _jobs, options.shared)
 {
     _rootMissing = wholesOf(hierarchy::kRootDiamond);
 }

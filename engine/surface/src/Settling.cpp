@@ -134,8 +134,8 @@ private:
             _surface._jobs->parallelFor(size, [&](std::size_t i) {
                 isNew[i] = meshes[i] == nullptr;
                 if (isNew[i])
-                    meshes[i] = std::make_shared<const extractor::CellMesh>(
-                        *_surface._extractor->extract(hierarchy::tetrahedronOf(cells[begin + i])));
+                    meshes[i] = extractShared(
+                        *_surface._extractor, _surface._options.shared.get(), cells[begin + i]);
             });
             for (std::size_t i = 0; i < size; ++i) {
                 if (isNew[i])

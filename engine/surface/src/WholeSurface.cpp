@@ -153,10 +153,8 @@ void WholeSurface::work()
                 item.origin = Item::Origin::cache;
                 continue;
             }
-            auto mesh =
-                _sources.extractor->extract(hierarchy::tetrahedronOf(item.id), nullptr, &_aborted);
-            if (mesh)
-                item.mesh = std::make_shared<const extractor::CellMesh>(std::move(*mesh));
+            item.mesh =
+                extractShared(*_sources.extractor, _sources.shared.get(), item.id, &_aborted);
         }
         if (isAborted())
             break;

@@ -3,6 +3,7 @@
 #include "CellCache.h"
 #include "FormerMeshes.h"
 #include "isofront/surface/Delta.h"
+#include "isofront/surface/SharedCells.h"
 #include "isofront/surface/SurfaceCriterion.h"
 
 #include <isofront/core/Jobs.h>
@@ -27,6 +28,7 @@ class WholeSurface : public std::enable_shared_from_this<WholeSurface> {
 public:
     struct Sources {
         std::shared_ptr<const extractor::CellExtractor> extractor;
+        std::shared_ptr<SharedCells> shared; ///< with other surfaces; null for none
         const hierarchy::Front* shown = nullptr;
         const CellMeshes* meshes = nullptr; ///< of it
         bool sameIsovalue = false;          ///< so that meshes that are shown can stay

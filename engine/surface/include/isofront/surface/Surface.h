@@ -6,6 +6,7 @@
 #include <isofront/hierarchy/View.h>
 #include <isofront/surface/Delta.h>
 #include <isofront/surface/DetailSettings.h>
+#include <isofront/surface/SharedCells.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +28,9 @@ struct SurfaceOptions {
     int maxLevel = hierarchy::kMaxLevel;
     /// Bound of the cache of meshes that are not shown but may be again [bytes].
     std::size_t cacheBytes = std::size_t{256} << 20U;
+    /// Cells that are shared with other surfaces of the same field in the same domain; null for
+    /// none. SurfaceStats counts them as extracted, whoever did it.
+    std::shared_ptr<SharedCells> shared;
 
     /// Ceilings. Where one would be exceeded, all errors that are asked for are allowed to grow by
     /// the same factor, until what they lead to fits: SurfaceStats::effectivePixelError tells.

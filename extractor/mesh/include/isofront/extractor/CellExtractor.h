@@ -77,6 +77,8 @@ struct ExtractionSettings {
     bool attributes = false;
     /// Fill in CellStats::errorRms and errorMax, at a cost of about a tenth.
     bool estimateError = false;
+
+    bool operator==(const ExtractionSettings&) const = default;
 };
 
 /// A vertex on a face of the tetrahedron, and the lattice edge that it lies on: the neighbour
