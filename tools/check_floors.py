@@ -76,6 +76,7 @@ CONFINED = [
         ],
     ),
     (r"boost/", ["server/src/http"]),
+    (r"meshoptimizer", ["server/src/stream/CellCodec.cpp"]),
     (r"prometheus/", ["server/src/Metrics.cpp"]),
     (r"spdlog/", ["server/src/Log.cpp"]),
     (r"tiff", ["extractor/raster/src/TiffFile.cpp"]),

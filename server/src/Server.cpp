@@ -2,9 +2,11 @@
 #include "Metrics.h"
 #include "Service.h"
 #include "api/ScenesApi.h"
+#include "api/StreamApi.h"
 #include "api/SystemApi.h"
 #include "http/HttpServer.h"
 #include "scenes/SceneRegistry.h"
+#include "stream/StreamHub.h"
 
 #include <isofront/server/Server.h>
 
@@ -88,7 +90,7 @@ core::Result<fs::path> makeUploads(const Settings& settings)
 
 struct Server::Parts {
     Parts(const Settings& itsSettings, Tokens tokens, DataFolder folder)
-        : settings(itsSettings), data(std::move(folder)), log(settings),
+        : settings(itsSettings), data(std::move(folder)), log(settings), streams(settings, metrics),
           service(settings, std::move(tokens), log, metrics)
     {
     }
@@ -104,6 +106,7 @@ struct Server::Parts {
     Log log;
     Metrics metrics;
     std::unique_ptr<SceneRegistry> scenes;
+    StreamHub streams;
     Service service;
     std::unique_ptr<HttpServer> http; // first to go
 };
@@ -143,6 +146,7 @@ core::Result<std::unique_ptr<Server>> Server::start(const Settings& settings)
     parts->scenes = std::move(*scenes);
     parts->service.add(systemApi(parts->service));
     parts->service.add(scenesApi(*parts->scenes, settings));
+    parts->service.add(streamApi(*parts->scenes, parts->streams));
     auto http = HttpServer::start(parts->service, *uploads);
     if (!http)
         return tl::unexpected(http.error());

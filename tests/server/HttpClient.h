@@ -66,6 +66,17 @@ public:
         return count == 0 || (count < 0 && errno == ECONNRESET);
     }
 
+    /// The next so many bytes; nothing if there are no more.
+    std::optional<std::string> read(std::size_t count)
+    {
+        while (_read.size() < count)
+            if (!receive())
+                return std::nullopt;
+        std::string bytes = _read.substr(0, count);
+        _read.erase(0, count);
+        return bytes;
+    }
+
     /// The next answer; without a body if that of a HEAD.
     HttpAnswer answer(bool isOfHead = false)
     {
