@@ -116,6 +116,28 @@ TEST_F(HostileFiles, ofNrrdWithWrongHeadersAreBadData)
     expectRefused(
         "n.nrrd", test::nrrdHeader("uint8", "4 4 4", "hex") + k64, ErrorCode::badData, "cut short");
     expectRefused("o.nrrd", "NRRD0004\n\n" + k64, ErrorCode::badData, "\"type\"");
+    // what one library takes for a line, and another for two
+    for (const std::string& hidden :
+         {std::string("# a\rdata file: /etc/passwd"),
+          std::string("# a\vb"),
+          std::string("# a\0b", 5),
+          std::string("#\x7f"),
+          std::string("# a\r\r")})
+        expectRefused(
+            "hidden.nrrd",
+            "NRRD0004\n" + hidden + "\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n\n" +
+                k64,
+            ErrorCode::badData,
+            "control characters");
+    for (const std::string& hidden :
+         {std::string("Comment = a\rElementDataFile = x"), std::string("Comment\0 = a", 12)})
+        expectRefused(
+            "hidden.mha",
+            hidden +
+                "\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
+                k64,
+            ErrorCode::badData,
+            "control characters");
     expectRefused("p.nrrd", "NRRD0004\ntype: uint8\n", ErrorCode::badData, "");
     expectRefused(
         "q.nhdr",

@@ -50,6 +50,8 @@ core::Result<FileHeader> readMetaImageHeader(const std::filesystem::path& path)
                 ErrorCode::badData,
                 "the file has no MetaImage header, which is lines of \"key = "
                 "value\" up to ElementDataFile");
+        if (const auto checked = checkLine(*line); !checked)
+            return tl::unexpected(checked.error());
         fields[std::string(trimmed(line->substr(0, sign)))] = trimmed(line->substr(sign + 1));
     }
 

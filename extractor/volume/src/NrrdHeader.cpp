@@ -87,6 +87,8 @@ core::Result<FileHeader> readNrrdHeader(const std::filesystem::path& path)
     std::map<std::string, std::string> fields;
     bool isEnded = false;
     while (const auto line = readLine(file)) {
+        if (const auto checked = checkLine(*line); !checked)
+            return tl::unexpected(checked.error());
         const std::string_view text = trimmed(*line);
         if (text.empty()) {
             isEnded = true;

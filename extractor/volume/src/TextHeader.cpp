@@ -40,6 +40,20 @@ std::optional<std::string> readLine(std::istream& stream)
     return line.empty() ? std::nullopt : std::optional(line);
 }
 
+core::Result<void> checkLine(std::string_view line)
+{
+    if (line.ends_with('\r'))
+        line.remove_suffix(1);
+    const bool isPlain = std::ranges::none_of(
+        line, [](char c) { return (c >= 0 && c < 0x20 && c != '\t') || c == 0x7f; });
+    if (isPlain)
+        return {};
+    return core::failure(
+        core::ErrorCode::badData,
+        "a line of the header has control characters, so that it isn't clear where it ends; write "
+        "it as plain text");
+}
+
 std::optional<std::int64_t> integerFrom(std::string_view text)
 {
     text = trimmed(text);
