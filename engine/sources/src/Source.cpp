@@ -152,7 +152,10 @@ core::Result<Source> openVolume(const std::string& text, const SourceOptions& op
 
 core::Result<Source> openMesh(const std::string& text, const SourceOptions& options)
 {
-    const auto model = exchange::readModel(text, options.memoryLimit);
+    const auto model = exchange::readModel(
+        text,
+        options.memoryLimit,
+        options.readsOtherFiles ? exchange::OtherFiles::read : exchange::OtherFiles::ignore);
     if (!model)
         return tl::unexpected<core::Error>(model.error());
     const voxels::ModelReport report = voxels::inspect(*model);

@@ -65,22 +65,30 @@ bool nestsTooDeep(std::string_view json)
 }
 
 /// The files that a scene names, for the library.
-struct OtherFiles {
+struct FilesBeside {
     std::uint64_t mostBytes = 0;
+    OtherFiles use = OtherFiles::read;
     Problem problem; ///< of the last one that could not be read
 
     static bool exists(const std::string& path, void* self)
     {
+        auto& files = *static_cast<FilesBeside*>(self);
+        if (files.use == OtherFiles::ignore) {
+            files.problem = damaged("a part of it lies in another file, which isn't read");
+            return false;
+        }
         const auto readable = raster::checkReadable(path);
         if (!readable)
-            static_cast<OtherFiles*>(self)->problem = readable.error().within(path);
+            files.problem = readable.error().within(path);
         return readable.has_value();
     }
     static std::string sameName(const std::string& path, void*) { return path; }
     static bool
     read(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* self)
     {
-        auto& files = *static_cast<OtherFiles*>(self);
+        auto& files = *static_cast<FilesBeside*>(self);
+        if (files.use == OtherFiles::ignore)
+            return false; // not asked for: it doesn't exist
         const auto bytes =
             raster::readFileBytes(path, files.mostBytes, core::ErrorCode::resourceLimit);
         if (!bytes) {
@@ -137,11 +145,15 @@ core::Result<tinygltf::Model> parsed(std::span<const std::byte> bytes, const Mod
     if (nestsTooDeep(json))
         return fail("its JSON nests too deep");
 
-    OtherFiles files{context.mostBytes, std::nullopt};
+    FilesBeside files{context.mostBytes, context.otherFiles, std::nullopt};
     tinygltf::TinyGLTF reader;
     reader.SetImageLoader(keepPicture, nullptr);
     reader.SetFsCallbacks(
-        {OtherFiles::exists, OtherFiles::sameName, OtherFiles::read, OtherFiles::write, &files});
+        {FilesBeside::exists,
+         FilesBeside::sameName,
+         FilesBeside::read,
+         FilesBeside::write,
+         &files});
     tinygltf::Model model;
     std::string error;
     std::string warning;

@@ -78,7 +78,7 @@ bool isModelName(const std::filesystem::path& path)
 }
 
 core::Result<voxels::TriangleModel>
-readModel(const std::filesystem::path& path, std::uint64_t mostBytes)
+readModel(const std::filesystem::path& path, std::uint64_t mostBytes, OtherFiles otherFiles)
 {
     const Reader reader = readerOf(path);
     if (reader == nullptr)
@@ -93,7 +93,11 @@ readModel(const std::filesystem::path& path, std::uint64_t mostBytes)
         return tl::unexpected(bytes.error().within(path.string()));
     PassedBytes passed(*bytes);
     auto model = reader(
-        *bytes, {path.parent_path(), mostBytes, [&](std::size_t count) { passed.release(count); }});
+        *bytes,
+        {path.parent_path(),
+         mostBytes,
+         [&](std::size_t count) { passed.release(count); },
+         otherFiles});
     if (!model)
         return tl::unexpected(model.error().within(path.string()));
     return model;

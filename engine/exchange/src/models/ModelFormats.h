@@ -1,6 +1,7 @@
 #pragma once
 
 #include <isofront/core/Result.h>
+#include <isofront/exchange/ModelFile.h>
 #include <isofront/voxels/TriangleModel.h>
 
 #include <cstddef>
@@ -17,6 +18,7 @@ struct ModelContext {
     std::uint64_t mostBytes = UINT64_MAX; ///< of each file and picture, and of the model
     /// Told how many of the first bytes aren't needed any more; may be null.
     std::function<void(std::size_t)> passed = nullptr;
+    OtherFiles otherFiles = OtherFiles::read;
 };
 
 /// Each reads a whole file; messages don't name it.

@@ -14,6 +14,10 @@ namespace isofront::exchange {
 
 void ObjMaterials::readLibrary(std::string_view name)
 {
+    if (_context.otherFiles == OtherFiles::ignore) {
+        _model.notes.push_back("its materials are left out: other files aren't read");
+        return;
+    }
     const std::filesystem::path path = _context.folder / name;
     const auto bytes =
         raster::readFileBytes(path, _context.mostBytes, core::ErrorCode::resourceLimit);

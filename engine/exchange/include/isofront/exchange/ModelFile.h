@@ -11,6 +11,10 @@ namespace isofront::exchange {
 /// Whether a name ends as those of meshes do that `readModel` reads.
 bool isModelName(const std::filesystem::path& path);
 
+/// Whether files that a mesh names are read. Files of strangers should not: they would have
+/// anything read that the process may.
+enum class OtherFiles : bool { ignore, read };
+
 /// Reads a mesh: glTF (text or binary), PLY (text, or binary of either byte order), OBJ or STL
 /// (text or binary), by its extension, and gzipped or not.
 ///
@@ -19,7 +23,8 @@ bool isModelName(const std::filesystem::path& path);
 /// Colours of vertices are kept, and PNG and JPEG textures of base colours, with their factors; of
 /// OBJ materials the picture, or the colour where there is none. Normals and everything else are
 /// passed over; what is missed is told in TriangleModel::notes. Corners of STL that lie at equal
-/// places become one. Buffers, pictures and materials in other files are read from beside the file.
+/// places become one. Buffers, pictures and materials in other files are read from beside the file;
+/// if they are to be ignored, a mesh whose buffers lie elsewhere fails with `badData`.
 ///
 /// Fails with `usage` for another extension, `inputOutput` if the file can't be read, `badData` if
 /// it is damaged, `resourceLimit` if there is more in it than allowed, each in a sentence that
@@ -29,7 +34,9 @@ bool isModelName(const std::filesystem::path& path);
 /// @param mostBytes  of the file, unpacked, and of each that it names; of a picture's pixels, and
 /// of
 ///                   the model
-core::Result<voxels::TriangleModel>
-readModel(const std::filesystem::path& path, std::uint64_t mostBytes = std::uint64_t{1} << 36U);
+core::Result<voxels::TriangleModel> readModel(
+    const std::filesystem::path& path,
+    std::uint64_t mostBytes = std::uint64_t{1} << 36U,
+    OtherFiles otherFiles = OtherFiles::read);
 
 } // namespace isofront::exchange

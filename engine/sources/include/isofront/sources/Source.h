@@ -64,6 +64,8 @@ struct SourceOptions {
     std::string detail = "none";                         ///< added to an elevation raster
     int meshResolution = 256;                            ///< of a mesh: see LevelSetOptions
     std::optional<double> meshReach = {};                ///< of a mesh [world]
+    /// Whether files that a mesh names are read. (Volumes' headers always are believed.)
+    bool readsOtherFiles = true;
     std::stop_token stop = {};
 };
 
