@@ -8,9 +8,9 @@
 
 #include <condition_variable>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,40 +19,20 @@ namespace isofront::cli {
 namespace {
 
 struct ServeArguments {
-    std::string config; ///< a file; empty: none
+    std::optional<std::string> config; ///< a file
     bool printConfig = false;
     std::vector<std::string> values; ///< in the order of the table of settings
     std::vector<const CLI::Option*> options;
 };
 
-/// `name = value` lines of a file; its sections are names of nobody.
-core::Result<std::vector<server::GivenSetting>> settingsOfFile(const std::string& file)
-{
-    std::ifstream in(file);
-    if (!in)
-        return core::failure(core::ErrorCode::inputOutput, file + ": can't be read");
-    std::vector<server::GivenSetting> given;
-    try {
-        for (const CLI::ConfigItem& item : CLI::ConfigTOML().from_config(in)) {
-            if (item.name == "++" || item.name == "--")
-                continue; // how the reader says that a section begins or ends
-            std::string value;
-            for (const std::string& input : item.inputs)
-                value += (value.empty() ? "" : ",") + input;
-            given.push_back({item.fullname(), value, file});
-        }
-    } catch (const std::exception& error) {
-        return core::failure(core::ErrorCode::usage, file + ": " + error.what());
-    }
-    return given;
-}
-
 /// Of the file, the environment and the command line, in this order: the last one wins.
 core::Result<server::SettingsInForce> settingsOf(const ServeArguments& arguments)
 {
     std::vector<server::GivenSetting> given;
-    if (!arguments.config.empty()) {
-        auto ofFile = settingsOfFile(arguments.config);
+    if (arguments.config) {
+        if (arguments.config->empty())
+            return core::failure(core::ErrorCode::usage, "--config: '' is no file of settings");
+        auto ofFile = server::settingsOfFile(*arguments.config);
         if (!ofFile)
             return tl::unexpected(ofFile.error());
         given = std::move(*ofFile);
@@ -78,12 +58,12 @@ void printConfig(const server::SettingsInForce& inForce)
     const auto table = server::settingsTable();
     for (std::size_t i = 0; i < table.size(); ++i)
         std::printf(
-            "# %s [%s]%s\n%s = \"%s\"\n\n",
+            "# %s [%s]%s\n%s = %s\n\n",
             std::string(table[i].help).c_str(),
             std::string(table[i].value).c_str(),
             inForce.origins[i].empty() ? "" : (", from " + inForce.origins[i]).c_str(),
             std::string(table[i].name).c_str(),
-            table[i].show(inForce.settings).c_str());
+            server::quotedSetting(table[i].show(inForce.settings)).c_str());
 }
 
 int serve(const ServeArguments& arguments)

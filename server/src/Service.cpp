@@ -26,6 +26,27 @@ std::multimap<std::string, std::string> queryOf(std::string_view text, bool& isV
     return query;
 }
 
+/// The path and query of a request's target. One that names the service as well, as those to
+/// proxies do, says by which name it is called, whatever the field Host says. Source: R. Fielding,
+/// M. Nottingham, J. Reschke, "HTTP/1.1", RFC 9112, section 3.2.
+std::string_view withoutAuthority(Request& request)
+{
+    constexpr std::string_view kScheme = "http://";
+    std::string_view target = request.target;
+    std::string start(target.substr(0, kScheme.size()));
+    for (char& c : start)
+        c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    if (start != kScheme)
+        return target;
+    target.remove_prefix(kScheme.size());
+    const std::size_t end = std::min(target.find_first_of("/?"), target.size());
+    request.headers["host"] = target.substr(0, end);
+    target.remove_prefix(end);
+    if (!target.empty())
+        return target;
+    return request.method == Method::options ? "*" : "/";
+}
+
 /// Whether an answer that the client has already is the one that it would get.
 bool isHeldAlready(const Request& request, const Response& response)
 {
@@ -48,17 +69,19 @@ Service::Service(const Settings& settings, Tokens tokens, Log& log, Metrics& met
 
 std::variant<Service::Admission, Response> Service::admit(Request& request) const
 {
-    const std::size_t mark = std::min(request.target.find('?'), request.target.size());
+    const std::string_view target = withoutAuthority(request);
+    const std::size_t mark = std::min(target.find('?'), target.size());
     bool isValid = true;
-    request.path = request.target.substr(0, mark);
-    request.query = queryOf(
-        std::string_view(request.target).substr(std::min(mark + 1, request.target.size())),
-        isValid);
+    request.path = target.substr(0, mark);
+    request.query = queryOf(target.substr(std::min(mark + 1, target.size())), isValid);
+    const bool isOfAll = request.method == Method::options && target == "*";
     const auto segments = segmentsOf(request.path);
-    if (!isValid || !segments)
+    if (!isValid || (!segments && !isOfAll))
         return problem(400, "the path or its query is not a valid one");
     if (auto refusal = _guard.refuseHost(request))
         return std::move(*refusal);
+    if (isOfAll)
+        return _guard.preflight(request, _routes.methods());
 
     RouteTable::Match match = _routes.find(request.method, *segments);
     if (match.route == nullptr) {
@@ -102,6 +125,23 @@ std::optional<Response> Service::refuseStream() const
     _metrics.count(Metrics::Count::refused);
     return problem(503, "as many clients are connected as may be: try again")
         .with("Retry-After", "5");
+}
+
+std::optional<Response> Service::expect(Request& request, const Admission& admission)
+{
+    if (!admission.route->expect)
+        return std::nullopt;
+    try {
+        auto room = admission.route->expect(request);
+        if (!room)
+            return std::move(room.error());
+        request.room = std::move(*room);
+        return std::nullopt;
+    } catch (const std::exception& error) {
+        _log.write(
+            LogLevel::error, "request failed", {{"path", request.path}, {"why", error.what()}});
+        return problem(500, "the service failed at that; its log says more");
+    }
 }
 
 Response Service::answer(const Request& request, const Admission& admission)

@@ -45,6 +45,9 @@ public:
     [[nodiscard]] std::optional<Response> refuseForLoad() const;
     /// The same of `Settings::streams`; whoever goes on counts itself as one of those.
     [[nodiscard]] std::optional<Response> refuseStream() const;
+    /// Asks whether the body is wanted, and makes room for it in the request.
+    /// @return the answer, if it isn't
+    std::optional<Response> expect(Request& request, const Admission& admission);
     /// Does what was admitted. Never throws: what goes wrong inside is logged and becomes a 500.
     Response answer(const Request& request, const Admission& admission);
     /// Opens the conversation that was admitted.

@@ -207,7 +207,15 @@ const std::array kTable{
     count<&Settings::port, 0, 65535>("port", "port to listen on; 0 for any that is free"),
     list<&Settings::hostNames>("host-names", "NAME,...", "further names by which browsers may call the service, as example.org"),
     list<&Settings::origins>("cors-origins", "URL,...", "pages elsewhere that may use the service, as https://example.org; * for any"),
-    path<&Settings::data>("data", "DIR", "folder in which scenes are kept; made if missing"),
+    Setting{
+        "data", "DIR", "folder in which scenes are kept; made if missing",
+        [](Settings& settings, const std::string& text) -> core::Result<void> {
+            if (text.empty())
+                return wrong(text, "a folder; . is the one in which the service is started");
+            settings.data = text;
+            return {};
+        },
+        [](const Settings& settings) { return settings.data.string(); }},
     path<&Settings::sources>("sources", "DIR", "folder of files that scenes may be made of by name"),
     path<&Settings::viewer>("viewer", "DIR", "folder of the web client"),
     path<&Settings::tokens>("tokens", "FILE", "bearer tokens, one a line: scopes, name, token"),

@@ -26,7 +26,7 @@ TEST_F(Serve, takesSettingsFromFileEnvironmentAndOptions)
     };
     EXPECT_TRUE(has(shown("", ""), "\nport = \"8080\"\n"));
     const std::string ofFile = shown("--config serve.toml", "");
-    EXPECT_TRUE(has(ofFile, "from serve.toml\nport = \"1000\"\n")) << ofFile;
+    EXPECT_TRUE(has(ofFile, "from serve.toml:1\nport = \"1000\"\n")) << ofFile;
     EXPECT_TRUE(has(ofFile, "max-body = \"2MiB\""));
     EXPECT_TRUE(has(ofFile, "cors-origins = \"https://a.example,https://b.example\"")) << ofFile;
     const std::string ofBoth = shown("--config serve.toml", variables);
@@ -37,7 +37,8 @@ TEST_F(Serve, takesSettingsFromFileEnvironmentAndOptions)
     // what is printed is such a file
     write("again.toml", ofAll);
     const std::string again = shown("--config again.toml", "");
-    EXPECT_TRUE(has(again, "from again.toml\nport = \"3000\"\n")) << again;
+    EXPECT_TRUE(has(again, "\nport = \"3000\"\n")) << again;
+    EXPECT_TRUE(has(again, "from again.toml:")) << again;
 }
 
 TEST_F(Serve, refusesWhatMakesNoSense)
@@ -53,11 +54,16 @@ TEST_F(Serve, refusesWhatMakesNoSense)
     };
     write("unknown.toml", "prot = 80\n");
     write("section.toml", "[server]\nport = 80\n");
+    write("value.toml", "# of the lab\n\nport = 70000\n");
     write("file", "");
     refuses("--port 70000", 2, "--port");
     refuses("--config none.toml", 4, "none.toml");
     refuses("--config unknown.toml", 2, "prot");
-    refuses("--config section.toml", 2, "server.port");
+    refuses("--config section.toml", 2, "section.toml:2: there is no setting 'server.port'");
+    refuses("--config value.toml", 2, "value.toml:3: port: '70000'");
+    refuses("--config .", 4, "folder");
+    refuses("--config ''", 2, "--config");
+    refuses("--data ''", 2, "--data");
     refuses("", 2, "ISOFRONT_SERVE_PROT", "ISOFRONT_SERVE_PROT=80");
     refuses("--host 0.0.0.0", 2, "--tokens");
     refuses("--port 0 --data file/data", 4, "file/data");

@@ -105,6 +105,36 @@ TEST(Query, isCheckedAgainstWhatTheRouteSays)
     EXPECT_NE(fault({{"x", "1"}, {"all", "yes"}}), "");
 }
 
+TEST(Texts, arePlainIfTheyAreUtf8WithoutControlCharacters)
+{
+    for (const char* const text :
+         {"", "a name", "\xc3\xa9", "\xe2\x82\xac", "\xf0\x9f\x90\xb0", "\xf4\x8f\xbf\xbf"})
+        EXPECT_TRUE(isPlainText(text)) << text;
+    for (const char* const text :
+         {"a\nb",
+          "\t",
+          "\x7f",
+          "\x1b[31m",
+          "\xc2\x85", // a line's end among the control characters past ASCII
+          "\x80",     // the rest of something
+          "\xc3",     // cut short
+          "\xe2\x82",
+          "\xf0\x9f\x90",
+          "\xc0\xaf", // a slash, longer than need be
+          "\xe0\x80\xaf",
+          "\xed\xa0\x80",     // half a pair
+          "\xf4\x90\x80\x80", // past the last character
+          "\xff"})
+        EXPECT_FALSE(isPlainText(text)) << text;
+    EXPECT_FALSE(isPlainText(std::string_view("a\0b", 3)));
+    // the two of 256 x 256 that a table of UTF-8 has: none but those with a lead and a tail
+    int count = 0;
+    for (int first = 0x80; first < 0x100; ++first)
+        for (int second = 0; second < 0x100; ++second)
+            count += isPlainText(std::string{static_cast<char>(first), static_cast<char>(second)});
+    EXPECT_EQ(count, 0x1e * 0x40 - 0x20);
+}
+
 constexpr const char* kTokens = "# of the lab\n"
                                 "read         anna   0123456789abcdef0\n"
                                 "read,write   bert   fedcba98765432100\n"
@@ -142,13 +172,21 @@ TEST(Tokens, refuseFilesThatSaySomethingElse)
           "root anna 0123456789abcdef0",
           "read",
           "read anna 0123456789abcdef0 more",
-          ", anna 0123456789abcdef0"})
+          ", anna 0123456789abcdef0",
+          "",
+          "# read anna 0123456789abcdef0\n\n"})
         EXPECT_FALSE(Tokens::parse(text)) << text;
     const auto refused = Tokens::parse("read anna 0123456789abcdef0\nread bert tooshort1\n");
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find("line 2"), std::string::npos);
     EXPECT_EQ(refused.error().message.find("tooshort1"), std::string::npos)
         << "messages end up in logs";
+
+    const auto twice = Tokens::parse(std::string(kTokens) + "read dora fedcba98765432100\n");
+    ASSERT_FALSE(twice);
+    EXPECT_NE(twice.error().message.find("line 6: its token is that of line 3"), std::string::npos)
+        << twice.error().message;
+    EXPECT_EQ(twice.error().message.find("fedcba"), std::string::npos);
 
     const TemporaryFolder folder;
     const auto file = folder.write("tokens", kTokens);

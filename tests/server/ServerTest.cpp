@@ -228,6 +228,119 @@ TEST_F(Served, refusesWhatIsMalformed)
     EXPECT_EQ(ask("GET", "/healthz?x=1").status, 400);
 }
 
+TEST_F(Served, isFoundByTheNameThatARequestGivesIt)
+{
+    start();
+    const auto statusOf = [&](const std::string& bytes) {
+        HttpClient client(server->port());
+        client.send(bytes + "\r\n");
+        return client.answer();
+    };
+    // a target that has the name as well, as proxies are sent, counts
+    EXPECT_EQ(statusOf("GET http://localhost/healthz HTTP/1.1\r\nHost: localhost\r\n").status, 200);
+    EXPECT_EQ(
+        statusOf("GET HTTP://localhost:80/healthz HTTP/1.1\r\nHost: evil.example\r\n").status, 200);
+    EXPECT_EQ(
+        statusOf("GET http://evil.example/healthz HTTP/1.1\r\nHost: localhost\r\n").status, 421);
+    EXPECT_EQ(statusOf("GET http://localhost/none?x=1 HTTP/1.1\r\nHost: a\r\n").status, 404);
+    EXPECT_EQ(statusOf("GET http:///healthz HTTP/1.1\r\nHost: localhost\r\n").status, 421);
+    EXPECT_EQ(statusOf("GET ftp://localhost/healthz HTTP/1.1\r\nHost: localhost\r\n").status, 400);
+    EXPECT_EQ(statusOf("GET /healthz HTTP/1.1\r\n").status, 400);
+    EXPECT_EQ(statusOf("GET /healthz HTTP/1.1\r\nHost: evil.example\r\n").status, 421);
+    for (const char* const target : {"*", "http://localhost"}) {
+        const HttpAnswer all =
+            statusOf("OPTIONS " + std::string(target) + " HTTP/1.1\r\nHost: localhost\r\n");
+        EXPECT_EQ(all.status, 204) << target;
+        EXPECT_EQ(all.headers.at("allow"), "GET, HEAD, POST, DELETE, OPTIONS");
+    }
+    EXPECT_EQ(statusOf("OPTIONS * HTTP/1.1\r\nHost: evil.example\r\n").status, 421);
+    EXPECT_EQ(statusOf("GET * HTTP/1.1\r\nHost: localhost\r\n").status, 400);
+}
+
+TEST_F(Served, refusesNamesThatNobodyCanWrite)
+{
+    start();
+    for (const char* const body :
+         {R"({"name": "a\u0000b", "formula": "proc:sphere"})",
+          R"({"name": "a\nb", "formula": "proc:sphere"})",
+          R"({"formula": "proc:sphere\u0000"})",
+          R"({"file": "a\u0000.raw"})"})
+        EXPECT_EQ(ask("POST", "/v1/scenes", kJson, body).status, 400) << body;
+    const std::string target = "/v1/uploads?file=a.raw&raw=2x2x2,uint8&name=";
+    for (const char* const name : {"a%00b", "a%0Ab", "%FF"})
+        EXPECT_EQ(ask("POST", target + name, "", "12345678").status, 400) << name;
+    EXPECT_EQ(ask("POST", target + "%C3%A9", "", "12345678").status, 201);
+    EXPECT_EQ(Json::parse(ask("GET", "/v1/scenes").body).at("scenes").size(), 1U);
+}
+
+TEST_F(Served, looksAtWhatIsAskedForBeforeTheBodyComes)
+{
+    start();
+    const auto ofHeader = [&](const std::string& query) {
+        HttpClient client(server->port());
+        client.send(
+            "POST /v1/uploads?" + query +
+            " HTTP/1.1\r\nHost: localhost\r\nExpect: 100-continue\r\nContent-Length: 8\r\n\r\n");
+        return client.answer().status;
+    };
+    EXPECT_EQ(ofHeader("file=a.raw"), 100);
+    EXPECT_EQ(ofHeader("file=a.exe"), 415);
+    EXPECT_EQ(ofHeader("file=a.raw&grid=density"), 400);
+    EXPECT_EQ(ofHeader("file=a.raw&voxel_size=1,2"), 400);
+    EXPECT_EQ(ofHeader("file=a.ply&mesh_resolution=1"), 400);
+    EXPECT_EQ(ofHeader("file=a.raw&name=" + std::string(300, 'a')), 400);
+}
+
+TEST_F(Served, countsUploadsThatAreUnderWay)
+{
+    settings.storageBytes = 10'000;
+    start();
+    const auto upload = [](std::size_t bytes) {
+        return "POST /v1/uploads?file=a.raw HTTP/1.1\r\nHost: localhost\r\nExpect: "
+               "100-continue\r\nContent-Length: " +
+               std::to_string(bytes) + "\r\n\r\n";
+    };
+    {
+        HttpClient first(server->port());
+        first.send(upload(6000));
+        ASSERT_EQ(first.answer().status, 100);
+        HttpClient second(server->port());
+        second.send(upload(6000));
+        EXPECT_EQ(second.answer().status, 507);
+        // one that doesn't say how long it is ends where there is no more room
+        HttpClient chunked(server->port());
+        chunked.send(
+            "POST /v1/uploads?file=a.raw HTTP/1.1\r\nHost: localhost\r\n"
+            "Transfer-Encoding: chunked\r\n\r\n1388\r\n" +
+            std::string(5000, 'a') + "\r\n");
+        EXPECT_EQ(chunked.answer().status, 507);
+        HttpClient small(server->port());
+        small.send(upload(4000));
+        EXPECT_EQ(small.answer().status, 100);
+        small.send(std::string(4000, 'a'));
+        EXPECT_EQ(small.answer().status, 201);
+    }
+    // the first has gone, and its room is free once the service sees that
+    int status = 0;
+    do {
+        HttpClient third(server->port());
+        third.send(upload(6000));
+        status = third.answer().status;
+    } while (status == 507);
+    EXPECT_EQ(status, 100);
+}
+
+TEST_F(Served, speaksOfOptionsAsRequestsNameThem)
+{
+    start();
+    const HttpAnswer made = ask("POST", "/v1/uploads?file=a.raw", "", "12345678");
+    const Json scene = prepared(Json::parse(made.body).at("id"));
+    EXPECT_EQ(scene.at("state"), "failed");
+    const std::string why = scene.at("failure");
+    EXPECT_NE(why.find("option raw "), std::string::npos) << why;
+    EXPECT_EQ(why.find("--"), std::string::npos) << why;
+}
+
 TEST_F(Served, answersRequestsThatComeTogetherInTheirOrder)
 {
     start();
@@ -299,6 +412,22 @@ TEST_F(Served, turnsAwayWhoIsOneTooMany)
         EXPECT_EQ(answer.status, 503);
         EXPECT_TRUE(answer.headers.contains("retry-after"));
         EXPECT_TRUE(third.isClosed());
+    }
+    EXPECT_EQ(first.ask("GET", "/healthz").status, 200);
+}
+
+TEST_F(Served, turnsNobodyAwayWithoutAWord)
+{
+    settings.connections = 1;
+    start();
+    HttpClient first(server->port());
+    EXPECT_EQ(first.ask("GET", "/healthz").status, 200);
+    std::vector<std::unique_ptr<HttpClient>> others;
+    for (int i = 0; i < 10; ++i)
+        others.push_back(std::make_unique<HttpClient>(server->port()));
+    for (auto& other : others) {
+        EXPECT_EQ(other->answer().status, 503);
+        other.reset();
     }
     EXPECT_EQ(first.ask("GET", "/healthz").status, 200);
 }

@@ -54,6 +54,76 @@ TEST(Settings, whatIsShownLeadsToTheSame)
         EXPECT_EQ(setting.show(first->settings), setting.show(second->settings)) << setting.name;
 }
 
+TEST(Settings, ofAFileKnowTheirLines)
+{
+    const auto given = parseSettings(
+        "# of the lab\r\n"
+        "\n"
+        "  port=9000 # not 8080\r\n"
+        "host = \"::1\"# here\n"
+        "data = 'C:\\scans # 1'\n"
+        "viewer = \"a \\\"b\\\" \\\\c\"\n"
+        "cors-origins = [ \"https://a.example\", 'https://b.example' , plain ] # two\n"
+        "host-names = []\n"
+        "tokens = \"\"\n"
+        "sources = my scans",
+        "f");
+    ASSERT_TRUE(given) << given.error().message;
+    const std::vector<GivenSetting> expected{
+        {"port", "9000", "f:3"},
+        {"host", "::1", "f:4"},
+        {"data", "C:\\scans # 1", "f:5"},
+        {"viewer", "a \"b\" \\c", "f:6"},
+        {"cors-origins", "https://a.example,https://b.example,plain", "f:7"},
+        {"host-names", "", "f:8"},
+        {"tokens", "", "f:9"},
+        {"sources", "my scans", "f:10"}};
+    ASSERT_EQ(given->size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        EXPECT_EQ((*given)[i].name, expected[i].name);
+        EXPECT_EQ((*given)[i].value, expected[i].value);
+        EXPECT_EQ((*given)[i].where, expected[i].where);
+    }
+}
+
+TEST(Settings, ofAFileAreReadAsTheyAreWritten)
+{
+    for (const std::string& value :
+         {std::string(),
+          std::string("plain"),
+          std::string("a \"b\" 'c' \\ # [d], \\\""),
+          std::string(" = ")}) {
+        const auto given = parseSettings("data = " + quotedSetting(value) + "\n", "f");
+        ASSERT_TRUE(given) << given.error().message;
+        EXPECT_EQ(given->at(0).value, value);
+    }
+}
+
+TEST(Settings, ofAFileThatCantBeReadNameTheLine)
+{
+    for (const char* const line :
+         {"port",
+          "= 5",
+          "port =",
+          "port = # 5",
+          "port = \"5",
+          "port = '5",
+          "port = \"5\" 6",
+          "port = \"\\x\"",
+          "port = \"\\",
+          "port = [5",
+          "port = [5 6",
+          "port = [\"5\" 6]",
+          "port = [,]",
+          "port = [] 5",
+          "host = 127.0.0.1"}) {
+        const auto given = parseSettings("# first\nhost = ::1\n" + std::string(line) + "\n", "f");
+        ASSERT_FALSE(given) << line;
+        EXPECT_EQ(given.error().code, core::ErrorCode::usage);
+        EXPECT_TRUE(given.error().message.starts_with("f:3: ")) << given.error().message;
+    }
+}
+
 TEST(Settings, namesAreUniqueAndHaveOneVariableEach)
 {
     std::set<std::string_view> names;
@@ -86,6 +156,7 @@ TEST(Settings, refusesWhatMakesNoSenseAndNamesIt)
         {"idle-timeout", "inf", "x"},
         {"log-level", "loud", "x"},
         {"anonymous", "read,root", "x"},
+        {"data", "", "x"},
         {"workers", "1.5", "x"},
         {"no-such", "1", "x"},
         {"Port", "1", "x"}};

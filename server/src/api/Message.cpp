@@ -138,6 +138,33 @@ Response problem(const core::Error& error)
     return problem(500, error.message);
 }
 
+// Source: F. Yergeau, "UTF-8, a transformation format of ISO 10646", RFC 3629, section 4.
+bool isPlainText(std::string_view text)
+{
+    for (std::size_t i = 0; i < text.size();) {
+        const auto byteAt = [&](std::size_t at) {
+            return at < text.size() ? static_cast<unsigned char>(text[at]) : 0U;
+        };
+        const unsigned first = byteAt(i++);
+        if (first < 0x20 || first == 0x7f)
+            return false;
+        if (first < 0x80)
+            continue;
+        if (first < 0xc2 || first > 0xf4)
+            return false;
+        // shorter forms, surrogates and what lies past the last character are none
+        const unsigned least = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
+        const unsigned most = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
+        if (byteAt(i) < least || byteAt(i) > most || (first == 0xc2 && byteAt(i) < 0xa0))
+            return false;
+        ++i;
+        for (const unsigned longer : {0xe0U, 0xf0U})
+            if (first >= longer && (byteAt(i++) & 0xc0U) != 0x80)
+                return false;
+    }
+    return true;
+}
+
 std::optional<std::string> percentDecoded(std::string_view text, bool plusIsSpace)
 {
     const auto digit = [](char c) {

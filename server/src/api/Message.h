@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -38,6 +39,24 @@ private:
     std::filesystem::path _path;
 };
 
+struct Response;
+
+/// Room for a body that is coming in; it is given back when this goes.
+class BodyRoom {
+public:
+    BodyRoom() = default;
+    BodyRoom(const BodyRoom&) = delete;
+    BodyRoom& operator=(const BodyRoom&) = delete;
+    virtual ~BodyRoom() = default;
+
+    /// Makes room for that many bytes of it.
+    /// @return the answer, if there isn't so much
+    virtual std::optional<Response> extend(std::uint64_t bytes) = 0;
+    /// Leaves the room to whoever takes the body.
+    /// @return its bytes
+    virtual std::uint64_t take() = 0;
+};
+
 /// What somebody asks for, whole, with nothing of the transport.
 struct Request {
     Method method = Method::get;
@@ -47,6 +66,7 @@ struct Request {
     std::multimap<std::string, std::string> query; ///< decoded
     std::map<std::string, std::string> headers;    ///< names in lower case
     std::string body;
+    std::shared_ptr<BodyRoom> room;     ///< for the body, if it takes up any
     std::shared_ptr<UploadedFile> file; ///< the body of an upload
     std::string peer;                   ///< address, for the log
     Principal principal;
@@ -77,6 +97,9 @@ Response jsonResponse(const nlohmann::ordered_json& json, int status = 200);
 Response problem(int status, std::string_view detail);
 /// The same for a failure of a lower floor.
 Response problem(const core::Error& error);
+
+/// Whether a text is UTF-8 without control characters, so that it can be told and written anywhere.
+bool isPlainText(std::string_view text);
 
 /// Decodes "%41" and leaves the rest; nothing for a % without two hexadecimal digits.
 std::optional<std::string> percentDecoded(std::string_view text, bool plusIsSpace = false);

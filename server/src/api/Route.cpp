@@ -92,6 +92,16 @@ std::string_view nameOf(Parameter::Kind kind)
     return "";
 }
 
+/// @param names  "GET, HEAD"
+void addMethod(std::string& names, const Route& route)
+{
+    std::string name(server::nameOf(route.method));
+    if (route.method == Method::get && !route.open)
+        name += ", HEAD";
+    if (names.find(name) == std::string::npos)
+        names += (names.empty() ? "" : ", ") + name;
+}
+
 } // namespace
 
 void RouteTable::add(Api api)
@@ -111,13 +121,17 @@ RouteTable::Match RouteTable::find(Method method, const std::vector<std::string>
         const bool isHead = method == Method::head && route.method == Method::get && !route.open;
         if (route.method == method || isHead)
             return {&route, std::move(*parameters), {}};
-        std::string name(server::nameOf(route.method));
-        if (route.method == Method::get && !route.open)
-            name += ", HEAD";
-        if (none.allowed.find(name) == std::string::npos)
-            none.allowed += (none.allowed.empty() ? "" : ", ") + name;
+        addMethod(none.allowed, route);
     }
     return none;
+}
+
+std::string RouteTable::methods() const
+{
+    std::string names;
+    for (const Route& route : _routes)
+        addMethod(names, route);
+    return names;
 }
 
 std::optional<std::vector<std::string>> segmentsOf(std::string_view path)
@@ -154,6 +168,8 @@ std::optional<std::string> faultInQuery(const Route& route, const Request& reque
             return "there is no parameter '" + name + "'" +
                    (names.empty() ? ": this takes none" : ": there are " + names);
         }
+        if (!isPlainText(value))
+            return "'" + name + "' is no UTF-8 text without control characters";
         if (request.query.count(name) > 1)
             return "'" + name + "' is given more than once";
         if (!isOfKind(value, parameter->kind))

@@ -55,6 +55,8 @@ struct Route {
     std::vector<Parameter> parameters = {};
     std::vector<Answer> answers = {};
     std::function<Response(const Request&)> handle = {};
+    /// Asked before the body is read; may be null. Nothing, and why, if it isn't wanted.
+    std::function<tl::expected<std::shared_ptr<BodyRoom>, Response>(const Request&)> expect = {};
     /// In place of `handle`: a WebSocket. Nothing, and why, if it can't be.
     std::function<tl::expected<std::unique_ptr<Stream>, Response>(const Request&)> open = {};
     bool isDescribed = true; ///< part of the description for clients
@@ -83,6 +85,8 @@ public:
     /// @param segments  of the path, decoded
     [[nodiscard]] Match find(Method method, const std::vector<std::string>& segments) const;
 
+    /// Those that anything takes, as "GET, HEAD".
+    [[nodiscard]] std::string methods() const;
     [[nodiscard]] const std::vector<Route>& routes() const { return _routes; }
     [[nodiscard]] const std::map<std::string, nlohmann::ordered_json>& schemas() const
     {

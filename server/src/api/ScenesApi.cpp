@@ -18,6 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestName = 200;
+constexpr const char* kNameRule = "a name has up to 200 bytes, and no control characters";
 constexpr std::size_t kLongestSource = 1000;
 /// Of what describes a scene; objects are searched key by key.
 constexpr std::size_t kLongestBody = std::size_t{16} << 10U;
@@ -89,8 +90,10 @@ Response createScene(SceneRegistry& scenes, const Request& request)
     }
     if (origin.text.empty())
         return problem(400, "give a 'formula', as proc:terrain?preset=canyon, or a 'file'");
-    if (name.size() > kLongestName)
-        return problem(400, "a name has up to 200 bytes");
+    if (name.size() > kLongestName || !isPlainText(name))
+        return problem(400, kNameRule);
+    if (!isPlainText(origin.text))
+        return problem(400, "a formula or a path has no control characters");
     if (origin.text.size() > kLongestSource)
         return problem(400, "a formula or a path has up to 1000 bytes");
     const auto record = scenes.create(name, origin);
@@ -113,13 +116,14 @@ Json numbersOf(const std::string& text)
     return numbers;
 }
 
-Response createUpload(SceneRegistry& scenes, const Request& request)
+/// What the query of an upload says.
+tl::expected<SceneOrigin, Response> uploadIn(const Request& request)
 {
     SceneOrigin origin;
     origin.kind = SceneOrigin::Kind::upload;
     auto name = uploadName(request.queried("file").value_or(""));
     if (!name)
-        return problem(415, name.error().message);
+        return tl::unexpected(problem(415, name.error().message));
     origin.text = std::move(*name);
     Json options = Json::object();
     for (const char* const key : {"grid", "series", "raw", "detail"})
@@ -128,19 +132,39 @@ Response createUpload(SceneRegistry& scenes, const Request& request)
     for (const char* const key : {"voxel_size", "pixel_size"})
         if (const auto value = request.queried(key))
             options[key] = numbersOf(*value);
-    for (const char* const key : {"height_scale", "no_data"})
+    for (const char* const key : {"height_scale", "no_data", "mesh_resolution", "mesh_reach"})
         if (const auto value = request.queried(key))
             options[key] = numbersOf(*value).front();
-    const std::string sceneName = request.queried("name").value_or("");
-    if (sceneName.size() > kLongestName)
-        return problem(400, "a name has up to 200 bytes");
+    if (request.queried("name").value_or("").size() > kLongestName)
+        return tl::unexpected(problem(400, kNameRule));
     auto parsed = parseOptions(options);
     if (!parsed)
-        return problem(parsed.error());
+        return tl::unexpected(problem(parsed.error()));
     origin.options = std::move(*parsed);
+    return origin;
+}
+
+tl::expected<std::shared_ptr<BodyRoom>, Response>
+expectUpload(SceneRegistry& scenes, const Request& request)
+{
+    const auto origin = uploadIn(request);
+    if (!origin)
+        return tl::unexpected(origin.error());
+    auto room = scenes.expectUpload(*origin);
+    if (!room)
+        return tl::unexpected(refusedScene(room.error()));
+    return std::move(*room);
+}
+
+Response createUpload(SceneRegistry& scenes, const Request& request)
+{
+    const auto origin = uploadIn(request);
+    if (!origin)
+        return origin.error();
     if (!request.file)
         return problem(400, "the body is to be the file");
-    const auto record = scenes.create(request.queried("name").value_or(""), origin, *request.file);
+    const auto record = scenes.create(
+        request.queried("name").value_or(""), *origin, *request.file, request.room.get());
     return record ? created(*record) : refusedScene(record.error());
 }
 
@@ -196,7 +220,9 @@ void addSchemas(Api& api)
          {"voxel_size", vector},
          {"pixel_size", vector},
          {"height_scale", typed("number")},
-         {"no_data", typed("number")}});
+         {"no_data", typed("number")},
+         {"mesh_resolution", typed("integer")},
+         {"mesh_reach", typed("number")}});
     Json scene = objectOf(
         {{"id", typed("string")},
          {"name", typed("string")},
@@ -230,7 +256,8 @@ void addSchemas(Api& api)
          {"file", typed("string")},
          {"options", options}});
     api.schemas["Files"] = objectOf(
-        {{"files", listOf(objectOf({{"path", typed("string")}, {"bytes", typed("integer")}}))}});
+        {{"files", listOf(objectOf({{"path", typed("string")}, {"bytes", typed("integer")}}))},
+         {"complete", typed("boolean")}});
     api.schemas["Formulas"] = objectOf({{"formulas", listOf(typed("object"))}});
 }
 
@@ -275,7 +302,7 @@ Api scenesApi(SceneRegistry& scenes, const Settings& settings)
     upload.method = Method::post;
     upload.pattern = "/v1/uploads";
     upload.name = "uploadScene";
-    upload.summary = "Makes a scene of a volume or an elevation raster that is the body.";
+    upload.summary = "Makes a scene of a volume, a mesh or an elevation raster that is the body.";
     upload.scope = Scope::write;
     upload.body = BodyKind::file;
     upload.bodyMediaType = "application/octet-stream";
@@ -289,9 +316,12 @@ Api scenesApi(SceneRegistry& scenes, const Settings& settings)
         {"voxel_size", "of a volume: X,Y,Z"},
         {"pixel_size", "of an elevation raster: X,Y in metres"},
         {"height_scale", "of an elevation raster", Parameter::Kind::number},
-        {"no_data", "of an elevation raster: the missing height", Parameter::Kind::number}};
+        {"no_data", "of an elevation raster: the missing height", Parameter::Kind::number},
+        {"mesh_resolution", "of a mesh: voxels along its longest edge", Parameter::Kind::integer},
+        {"mesh_reach", "of a mesh: how far from it distances are known", Parameter::Kind::number}};
     upload.answers = {
         {201, "the scene; it is ready once its state says so", "application/json", "Scene"}};
+    upload.expect = [&scenes](const Request& request) { return expectUpload(scenes, request); };
     upload.handle = [&scenes](const Request& request) { return createUpload(scenes, request); };
     api.routes.push_back(std::move(upload));
 
@@ -332,12 +362,13 @@ Api scenesApi(SceneRegistry& scenes, const Settings& settings)
     files.name = "listFiles";
     files.summary = "The service's files that scenes can be made of.";
     files.answers = {{200, "the files", "application/json", "Files"}};
-    files.handle = [folder = settings.sources](const Request&) {
+    files.handle = [folder = std::make_shared<SourceFolder>(settings.sources)](const Request&) {
+        const SourceFiles found = folder->files();
         Json json;
         json["files"] = Json::array();
-        if (!folder.empty())
-            for (const SourceFile& file : sourceFilesIn(folder))
-                json["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
+        for (const SourceFile& file : found.files)
+            json["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
+        json["complete"] = found.isComplete;
         return tagged(json);
     };
     api.routes.push_back(std::move(files));

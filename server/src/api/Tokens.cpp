@@ -66,8 +66,19 @@ core::Result<Tokens> Tokens::parse(std::string_view text)
             token.principal.scopes = token.principal.scopes.with(*scope);
         }
         token.text = padded(secret);
+        token.line = number;
+        const auto same = std::ranges::find(tokens._tokens, token.text, &Token::text);
+        if (same != tokens._tokens.end())
+            return refused(
+                "its token is that of line " + std::to_string(same->line) +
+                ": each needs one of its own");
         tokens._tokens.push_back(std::move(token));
     }
+    if (tokens._tokens.empty())
+        return core::failure(
+            core::ErrorCode::usage,
+            "there is no token in it: write lines 'scopes name token', as 'read,write alice "
+            "2c7e...'");
     return tokens;
 }
 

@@ -29,7 +29,7 @@ public:
     /// Reads lines `scopes name token`, as `read,write alice 2c7e...`; empty lines and those that
     /// begin with # are skipped. A token has 16 to 256 characters.
     /// Errors: inputOutput if the file can't be read; usage if others may read it, and for lines
-    /// that aren't of that form.
+    /// that aren't of that form, a token that two have, and a file without any.
     static core::Result<Tokens> read(const std::filesystem::path& file);
     static core::Result<Tokens> parse(std::string_view text);
 
@@ -43,6 +43,7 @@ private:
     using Padded = std::array<unsigned char, kLongest>;
     struct Token {
         Padded text{};
+        std::size_t line = 0; ///< of the file
         Principal principal;
     };
 

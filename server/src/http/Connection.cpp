@@ -235,6 +235,12 @@ net::awaitable<void> Connection::exchange()
             request, nullptr, begin, problem(400, "the header can be understood in two ways"));
         co_return;
     }
+    if (_version >= 11 && !request.headers.contains("host")) {
+        _isLast = true;
+        _isUnread = true;
+        co_await answer(request, nullptr, begin, problem(400, "HTTP/1.1 asks for a field Host"));
+        co_return;
+    }
     const bool hasBody =
         !parser.is_done() && (parser.chunked() || parser.content_length().value_or(0) > 0);
 
@@ -254,7 +260,10 @@ net::awaitable<void> Connection::exchange()
         co_return;
     }
     std::optional<Response> response;
-    if (hasBody)
+    if (route.expect)
+        response = co_await runOn(
+            _shared.workers.get_executor(), [&] { return _service.expect(request, admission); });
+    if (hasBody && !response)
         response = co_await readBody(parser, admission.bodyLimit, request, route.body);
     if (response) {
         _isUnread = hasBody && !parser.is_done();
@@ -287,6 +296,10 @@ Connection::readBody(Parser& parser, std::uint64_t limit, Request& request, Body
     };
     if (kind == BodyKind::none || parser.content_length().value_or(0) > limit)
         co_return tooLong();
+    if (request.room && parser.content_length()) {
+        if (auto full = request.room->extend(*parser.content_length()))
+            co_return full;
+    }
     if (request.header("expect") == "100-continue") {
         constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
         ErrorCode error;
@@ -323,6 +336,10 @@ Connection::readBody(Parser& parser, std::uint64_t limit, Request& request, Body
         const std::size_t count = piece.size() - parser.get().body().size;
         total += count;
         _service.metrics().count(Metrics::Count::bytesReceived, static_cast<double>(count));
+        if (request.room) {
+            if (auto full = request.room->extend(total))
+                co_return full;
+        }
         if (upload)
             co_await runOn(_shared.workers.get_executor(), [&] {
                 upload->write(piece, count);

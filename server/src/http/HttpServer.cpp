@@ -72,8 +72,15 @@ struct HttpServer::Implementation {
 
     net::awaitable<void> accept()
     {
+        const std::size_t most = service.settings().connections;
         while (acceptor.is_open()) {
             ErrorCode error;
+            if (shared.connections.size() >= most && turnedAway >= most) {
+                // the system keeps those that come until they can be told that there are too many
+                room.expires_at(net::steady_timer::time_point::max());
+                co_await room.async_wait(net::redirect_error(net::use_awaitable, error));
+                continue;
+            }
             tcp::socket socket =
                 co_await acceptor.async_accept(net::redirect_error(net::use_awaitable, error));
             if (!acceptor.is_open())
@@ -86,16 +93,14 @@ struct HttpServer::Implementation {
                 continue;
             }
             const auto connection = std::make_shared<Connection>(std::move(socket), shared);
-            if (shared.connections.size() < service.settings().connections) {
+            if (shared.connections.size() < most) {
                 const std::scoped_lock lock(mutex);
                 shared.connections.insert(connection);
                 net::co_spawn(context, hold(connection), net::detached);
                 continue;
             }
             service.metrics().count(Metrics::Count::refused);
-            // beyond that many they are closed without a word
-            if (turnedAway < service.settings().connections)
-                net::co_spawn(context, turnAway(connection), net::detached);
+            net::co_spawn(context, turnAway(connection), net::detached);
         }
     }
 
@@ -111,6 +116,7 @@ struct HttpServer::Implementation {
             const std::scoped_lock lock(mutex);
             shared.connections.erase(connection);
         }
+        room.cancel();
         changed.notify_all();
     }
 
@@ -123,6 +129,7 @@ struct HttpServer::Implementation {
             service.log().write(LogLevel::error, "connection failed", {{"why", error.what()}});
         }
         --turnedAway;
+        room.cancel();
     }
 
     /// Each connection ends once it has done what it does.
@@ -130,6 +137,7 @@ struct HttpServer::Implementation {
     {
         ErrorCode ignored;
         acceptor.close(ignored);
+        room.cancel();
         shared.isEnding = true;
         for (const auto& connection : shared.connections)
             connection->end();
@@ -142,6 +150,7 @@ struct HttpServer::Implementation {
     net::io_context context{1};
     net::executor_work_guard<net::io_context::executor_type> guard = net::make_work_guard(context);
     tcp::acceptor acceptor;
+    net::steady_timer room{context}; ///< for another connection, waited for
     std::stop_source stop;
     Connection::Shared shared;
     std::thread thread;

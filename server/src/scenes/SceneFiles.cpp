@@ -1,5 +1,7 @@
 #include "SceneFiles.h"
 
+#include "../api/Message.h"
+
 #include <isofront/elevation/LoadElevation.h>
 #include <isofront/fields/Procedural.h>
 #include <isofront/volume/LoadVolume.h>
@@ -7,13 +9,14 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <span>
 
 namespace isofront::server {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::string_view_literals;
 
-constexpr std::size_t kMostFiles = 10'000;
 constexpr std::size_t kMostVisited = 200'000;
 /// Headers that are text end long before.
 constexpr std::size_t kMostHeader = std::size_t{1} << 20U;
@@ -34,66 +37,121 @@ bool endsWithAny(const std::string& name, std::span<const std::string_view> ends
 }
 
 /// Files that hold all that their readers read.
-constexpr std::array<std::string_view, 12> kUploads{
-    ".nrrd",
-    ".nii",
-    ".nii.gz",
-    ".mha",
-    ".vdb",
-    ".hgt",
-    ".hgt.gz",
-    ".tif",
-    ".tiff",
-    ".png",
-    ".raw",
-    ".raw.gz"};
-/// Headers beside their data, which are found among the sources too.
-constexpr std::array<std::string_view, 2> kHeaders{".nhdr", ".mhd"};
+constexpr std::array kVolumeUploads{".nrrd"sv, ".nii"sv, ".nii.gz"sv, ".mha"sv, ".vdb"sv};
+constexpr std::array kRawUploads{".raw"sv, ".raw.gz"sv};
+constexpr std::array kTiffUploads{".tif"sv, ".tiff"sv}; // volumes or elevation
+constexpr std::array kElevationUploads{".hgt"sv, ".hgt.gz"sv, ".png"sv};
+constexpr std::array kMeshUploads{
+    ".ply"sv, ".ply.gz"sv, ".glb"sv, ".glb.gz"sv, ".stl"sv, ".stl.gz"sv, ".obj"sv, ".obj.gz"sv};
+constexpr std::array<std::span<const std::string_view>, 5> kUploads{
+    kVolumeUploads, kRawUploads, kTiffUploads, kElevationUploads, kMeshUploads};
+/// Those beside other files, which are found among the sources too.
+constexpr std::array kVolumeHeaders{".nhdr"sv, ".mhd"sv};
+constexpr std::array kMeshHeaders{".gltf"sv};
 
-bool isSource(const fs::path& path)
+bool isUpload(const std::string& name)
 {
-    const std::string name = path.filename().string();
-    return endsWithAny(name, kUploads) || endsWithAny(name, kHeaders);
+    return std::ranges::any_of(kUploads, [&](auto ends) { return endsWithAny(name, ends); });
 }
 
-bool isSlice(const fs::path& path)
+/// No hidden one, none that leads up, and none that JSON can't tell.
+bool isNameForClients(const std::string& name)
 {
-    constexpr std::array<std::string_view, 3> kSlices{".dcm", ".tif", ".tiff"};
-    return endsWithAny(path.filename().string(), kSlices);
+    return !name.starts_with('.') && isPlainText(name);
+}
+
+bool isSource(const std::string& name)
+{
+    return isUpload(name) || endsWithAny(name, kVolumeHeaders) || endsWithAny(name, kMeshHeaders);
+}
+
+/// Whether a file without an extension that says so begins as DICOM files do.
+bool beginsAsDicom(const fs::path& path)
+{
+    std::array<char, 132> head{};
+    std::ifstream in(path, std::ios::binary);
+    in.read(head.data(), head.size());
+    return in.gcount() == static_cast<std::streamsize>(head.size()) &&
+           std::string_view(head.data() + 128, 4) == "DICM";
+}
+
+/// What a folder has that scenes can be made of. Links are left out, because they may lead
+/// anywhere, and so are hidden names and those that no client can write.
+struct Contents {
+    std::vector<std::string> folders;
+    std::vector<SourceFile> files;
+    bool hasSlices = false; ///< is a volume itself
+};
+
+/// @param visits  how many entries may still be looked at
+Contents contentsOf(const fs::path& folder, std::size_t& visits)
+{
+    constexpr std::array<std::string_view, 4> kSlices{".dcm", ".ima", ".tif", ".tiff"};
+    constexpr std::size_t kMostOpened = 16; // files that may be slices by another name
+    Contents contents;
+    std::size_t slices = 0;
+    std::size_t opened = 0;
+    std::error_code error;
+    fs::directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
+    for (; !error && entry != fs::directory_iterator() && visits > 0; entry.increment(error)) {
+        --visits;
+        std::string name = entry->path().filename().string();
+        std::error_code ignored;
+        const fs::file_status status = entry->symlink_status(ignored);
+        if (!isNameForClients(name))
+            continue;
+        if (fs::is_directory(status)) {
+            contents.folders.push_back(std::move(name));
+        } else if (fs::is_regular_file(status)) {
+            if (slices < 2)
+                slices +=
+                    endsWithAny(name, kSlices) || (!isSource(name) && opened++ < kMostOpened &&
+                                                   beginsAsDicom(entry->path()))
+                        ? 1U
+                        : 0U;
+            if (isSource(name))
+                contents.files.push_back({std::move(name), entry->file_size(ignored)});
+        }
+    }
+    contents.hasSlices = slices > 1;
+    return contents;
 }
 
 } // namespace
 
-std::vector<SourceFile> sourceFilesIn(const fs::path& folder)
+SourceFiles sourceFilesIn(const fs::path& folder, std::size_t most)
 {
-    std::vector<SourceFile> files;
-    std::error_code error;
-    fs::recursive_directory_iterator entry(
-        folder, fs::directory_options::skip_permission_denied, error);
-    std::size_t visited = 0;
-    for (; !error && entry != fs::recursive_directory_iterator() && files.size() < kMostFiles &&
-           ++visited < kMostVisited;
-         entry.increment(error)) {
-        std::error_code ignored;
-        if (entry->path().filename().string().starts_with('.')) {
-            entry.disable_recursion_pending();
-            continue;
-        }
-        const std::string path = entry->path().lexically_relative(folder).generic_string();
-        if (entry->is_directory(ignored)) {
-            std::size_t slices = 0;
-            fs::directory_iterator one(entry->path(), ignored);
-            for (; !ignored && slices < 2 && one != fs::directory_iterator();
-                 one.increment(ignored))
-                slices += isSlice(one->path()) ? 1U : 0U;
-            if (slices > 1)
-                files.push_back({path, 0});
-        } else if (entry->is_regular_file(ignored) && isSource(entry->path())) {
-            files.push_back({path, entry->file_size(ignored)});
-        }
+    SourceFiles found;
+    std::size_t visits = kMostVisited;
+    std::vector<std::string> folders{""}; // with a slash at the end, but for the first
+    while (!folders.empty() && visits > 0 && found.files.size() <= most) {
+        const std::string at = std::move(folders.back());
+        folders.pop_back();
+        Contents contents = contentsOf(folder / at, visits);
+        if (contents.hasSlices && !at.empty())
+            found.files.push_back({at.substr(0, at.size() - 1), 0});
+        for (SourceFile& file : contents.files)
+            found.files.push_back({at + file.path, file.bytes});
+        for (const std::string& name : contents.folders)
+            folders.push_back(at + name + "/");
     }
-    std::ranges::sort(files, {}, &SourceFile::path);
-    return files;
+    std::ranges::sort(found.files, {}, &SourceFile::path);
+    found.isComplete = folders.empty() && visits > 0 && found.files.size() <= most;
+    found.files.resize(std::min(found.files.size(), most));
+    return found;
+}
+
+SourceFiles SourceFolder::files()
+{
+    const std::scoped_lock lock(_mutex); // one walk serves all who wait for it
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point begin = Clock::now();
+    if (!_folder.empty() && begin >= _nextWalk) {
+        _files = sourceFilesIn(_folder);
+        const Clock::time_point end = Clock::now();
+        _nextWalk = end + 10 * (end - begin);
+    }
+    return _files;
 }
 
 core::Result<fs::path> sourceFileIn(const fs::path& folder, const std::string& path)
@@ -102,25 +160,25 @@ core::Result<fs::path> sourceFileIn(const fs::path& folder, const std::string& p
         return core::failure(
             core::ErrorCode::usage, "there is no file '" + path + "' among the sources");
     };
-    if (folder.empty() || path.empty() || path.find('\0') != std::string::npos ||
-        fs::path(path).is_absolute())
+    if (folder.empty() || path.empty() || fs::path(path).is_absolute())
         return refused();
     std::error_code error;
-    const fs::path root = fs::canonical(folder, error);
+    fs::path found = fs::canonical(folder, error);
     if (error)
         return refused();
-    const fs::path found = fs::canonical(root / path, error);
-    if (error)
-        return refused();
-    const auto [inRoot, inFound] = std::ranges::mismatch(root, found);
-    if (inRoot != root.end() || inFound == found.end())
-        return refused();
-    // what isn't listed isn't there
-    const bool isHidden = std::any_of(
-        inFound, found.end(), [](const fs::path& part) { return part.string().starts_with('.'); });
-    if (isHidden || !(isSource(found) || fs::is_directory(found, error)))
-        return refused();
-    return found;
+    fs::file_status status;
+    for (const fs::path& part : fs::path(path)) {
+        if (part.empty() && fs::is_directory(status))
+            continue; // behind a slash at the end
+        status = fs::symlink_status(found /= part, error);
+        if (error || !isNameForClients(part.string()))
+            return refused();
+    }
+    std::size_t visits = kMostVisited;
+    const bool isThere = fs::is_directory(status)
+                             ? contentsOf(found, visits).hasSlices
+                             : fs::is_regular_file(status) && isSource(found.filename().string());
+    return isThere ? core::Result<fs::path>(found) : refused();
 }
 
 core::Result<std::string> uploadName(const std::string& name)
@@ -135,15 +193,60 @@ core::Result<std::string> uploadName(const std::string& name)
         safe.erase(0, safe.size() - 100);
     while (safe.starts_with('.'))
         safe.erase(0, 1);
-    if (endsWithAny(safe, kUploads) && safe.find('.') != 0)
+    if (isUpload(safe))
         return safe;
     std::string kinds;
-    for (const std::string_view end : kUploads)
-        kinds += (kinds.empty() ? "" : " ") + std::string(end);
+    for (const auto ends : kUploads)
+        for (const std::string_view end : ends)
+            kinds += (kinds.empty() ? "" : " ") + std::string(end);
     return core::failure(
         core::ErrorCode::usage,
         "'" + name + "' is not of a kind that can be uploaded: there are " + kinds +
-            "; volumes of several files belong into the service's folder of sources");
+            "; what consists of several files belongs into the service's folder of sources");
+}
+
+core::Result<void>
+checkOptions(const sources::SourceOptions& options, const SceneOrigin& origin, bool isFolder)
+{
+    const std::string& name = origin.text;
+    const bool isFormula = origin.kind == SceneOrigin::Kind::procedural;
+    const auto isAny = [&](std::span<const std::string_view> ends) {
+        return !isFormula && !isFolder && endsWithAny(name, ends);
+    };
+    const bool isRaw = isAny(kRawUploads);
+    const bool isTiff = isAny(kTiffUploads);
+    const bool isMesh = isAny(kMeshUploads) || isAny(kMeshHeaders);
+    const bool isVdb = isAny(std::array{".vdb"sv});
+    const bool isElevation = isAny(kElevationUploads);
+    const bool isDense =
+        isFolder || isRaw || isTiff || isAny(kVolumeHeaders) || (isAny(kVolumeUploads) && !isVdb);
+    const sources::SourceOptions none;
+    const struct {
+        const char* name;
+        bool isGiven;
+        bool hasEffect;
+        const char* of;
+    } all[] = {
+        {"grid", options.grid != none.grid, isVdb, ".vdb files"},
+        {"series", options.series != none.series, isFolder, "folders of DICOM slices"},
+        {"raw", options.rawLayout != none.rawLayout, isRaw, ".raw files"},
+        {"voxel_size", options.voxelSize.has_value(), isDense, "volumes, .vdb aside"},
+        {"detail", options.detail != none.detail, isElevation || isTiff, "elevation rasters"},
+        {"pixel_size", options.pixelSize.has_value(), isElevation || isTiff, "elevation rasters"},
+        {"height_scale",
+         options.heightScale.has_value(),
+         isElevation || isTiff,
+         "elevation rasters"},
+        {"no_data", options.noData.has_value(), isElevation || isTiff, "elevation rasters"},
+        {"mesh_resolution", options.meshResolution != none.meshResolution, isMesh, "meshes"},
+        {"mesh_reach", options.meshReach.has_value(), isMesh, "meshes"}};
+    for (const auto& option : all)
+        if (option.isGiven && !option.hasEffect)
+            return core::failure(
+                core::ErrorCode::usage,
+                "options: '" + std::string(option.name) + "' is one of " + option.of +
+                    ", and means nothing to '" + name + "'");
+    return {};
 }
 
 core::Result<void> checkSelfContained(const fs::path& file)
@@ -218,7 +321,9 @@ core::Result<void> checkFormula(const std::string& text)
                     "'" + value + "': formulas that are files aren't read for clients");
         }
     }
-    return {};
+    // making a field takes no time: it is not looked at yet
+    const auto made = sources::openSource(text, {});
+    return made ? core::Result<void>() : tl::unexpected(made.error());
 }
 
 } // namespace isofront::server

@@ -1,10 +1,15 @@
 #pragma once
 
+#include "SceneRecord.h"
+
 #include <isofront/core/Result.h>
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace isofront::server {
@@ -15,11 +20,37 @@ struct SourceFile {
     std::uint64_t bytes = 0; ///< 0 for a folder
 };
 
-/// All that scenes can be made of below a folder, sorted by path; the first 10,000.
-std::vector<SourceFile> sourceFilesIn(const std::filesystem::path& folder);
+struct SourceFiles {
+    std::vector<SourceFile> files; ///< sorted by path
+    bool isComplete = true;        ///< whether these are all that there are
+};
 
-/// Finds what a client names below a folder.
-/// Errors: usage for paths that lead out of it, by links too, and for what isn't there.
+/// What scenes can be made of below a folder: files whose names readers know, and folders of
+/// slices. Links, hidden names and what is neither file nor folder don't count. Stops after 200,000
+/// names.
+/// @param most  of them that are listed
+SourceFiles sourceFilesIn(const std::filesystem::path& folder, std::size_t most = 10'000);
+
+/// The same for many who ask: the folder is walked again only after ten times as long as the last
+/// walk took.
+///
+/// Thread: any.
+class SourceFolder {
+public:
+    /// @param folder  none if empty
+    explicit SourceFolder(std::filesystem::path folder) : _folder(std::move(folder)) {}
+
+    SourceFiles files();
+
+private:
+    std::filesystem::path _folder;
+    std::mutex _mutex;
+    SourceFiles _files;
+    std::chrono::steady_clock::time_point _nextWalk;
+};
+
+/// Finds what a client names below a folder, by the same rule: what isn't listed isn't there.
+/// Errors: usage for paths that lead out of it, and for what isn't there.
 core::Result<std::filesystem::path>
 sourceFileIn(const std::filesystem::path& folder, const std::string& path);
 
@@ -31,7 +62,12 @@ core::Result<std::string> uploadName(const std::string& name);
 /// elsewhere, and those would be read from wherever a client says.
 core::Result<void> checkSelfContained(const std::filesystem::path& file);
 
-/// A failure if a formula names files.
+/// A failure if an option is given that has no effect on the kind of source, told by its name.
+/// @param isFolder  whether it is a folder of slices
+core::Result<void>
+checkOptions(const sources::SourceOptions& options, const SceneOrigin& origin, bool isFolder);
+
+/// A failure if a formula names files, or none can be made of it.
 core::Result<void> checkFormula(const std::string& text);
 
 } // namespace isofront::server

@@ -1,5 +1,9 @@
 #include "SceneRecord.h"
 
+#include "../api/Message.h"
+
+#include <isofront/volume/MeshLevelSet.h>
+
 #include <cmath>
 
 namespace isofront::server {
@@ -219,8 +223,9 @@ core::Result<sources::SourceOptions> parseOptions(const Json& json)
     };
     for (const auto& [name, value] : json.items()) {
         if (name == "grid" || name == "series" || name == "raw" || name == "detail") {
-            if (!value.is_string() || value.get_ref<const std::string&>().size() > kLongestText)
-                return refused(name, "a text of up to 200 bytes");
+            if (!value.is_string() || value.get_ref<const std::string&>().size() > kLongestText ||
+                !isPlainText(value.get_ref<const std::string&>()))
+                return refused(name, "a text of up to 200 bytes without control characters");
             std::string& text = name == "grid"     ? options.grid
                                 : name == "series" ? options.series
                                 : name == "raw"    ? options.rawLayout
@@ -238,12 +243,26 @@ core::Result<sources::SourceOptions> parseOptions(const Json& json)
             if (!value.is_number())
                 return refused(name, "a number");
             (name == "no_data" ? options.noData : options.heightScale) = value.get<double>();
+        } else if (name == "mesh_resolution") {
+            using volume::LevelSetOptions;
+            const double number = value.is_number() ? value.get<double>() : 0;
+            if (!(number >= LevelSetOptions::kLeastResolution) ||
+                !(number <= LevelSetOptions::kMostResolution) || number != std::floor(number))
+                return refused(
+                    name,
+                    "a whole number from " + std::to_string(LevelSetOptions::kLeastResolution) +
+                        " to " + std::to_string(LevelSetOptions::kMostResolution));
+            options.meshResolution = static_cast<int>(number);
+        } else if (name == "mesh_reach") {
+            if (!value.is_number() || !(value.get<double>() > 0))
+                return refused(name, "a positive number");
+            options.meshReach = value.get<double>();
         } else {
             return core::failure(
                 core::ErrorCode::usage,
                 "options: there is no '" + name +
                     "': there are grid, series, raw, detail, voxel_size, pixel_size, "
-                    "height_scale, no_data");
+                    "height_scale, no_data, mesh_resolution, mesh_reach");
         }
     }
     return options;
@@ -268,13 +287,21 @@ Json optionsToJson(const sources::SourceOptions& options)
         json["height_scale"] = *options.heightScale;
     if (options.noData)
         json["no_data"] = *options.noData;
+    if (options.meshResolution != sources::SourceOptions{}.meshResolution)
+        json["mesh_resolution"] = options.meshResolution;
+    if (options.meshReach)
+        json["mesh_reach"] = *options.meshReach;
     return json;
 }
 
 SceneDescription describe(const sources::Source& source)
 {
     SceneDescription description;
-    description.kind = source.volume ? "volume" : source.elevation ? "elevation" : "procedural";
+    const bool isMesh = source.volume && source.volume->info.format == volume::VolumeFormat::mesh;
+    description.kind = isMesh             ? "mesh"
+                       : source.volume    ? "volume"
+                       : source.elevation ? "elevation"
+                                          : "procedural";
     description.text = source.description;
     description.bounds = source.worldBox;
     description.isovalue = source.defaultIsovalue;

@@ -39,7 +39,7 @@ struct Histogram {
 
 /// What there is to know of a scene before any of its surface is shown.
 struct SceneDescription {
-    std::string kind; ///< "procedural", "volume" or "elevation"
+    std::string kind; ///< "procedural", "volume", "mesh" or "elevation"
     std::string text; ///< a few words
     core::Box bounds; ///< of what there is to see [world]
     double isovalue = 0;
@@ -58,7 +58,7 @@ struct SceneRecord {
 
     std::string id;      ///< 32 hexadecimal digits
     std::string name;    ///< for people
-    std::string created; ///< "2026-11-22T20:00:00Z"
+    std::string created; ///< "2026-11-22T20:00:00.012345Z"; no two the same
     SceneOrigin origin;
     std::uint64_t storedBytes = 0; ///< of an upload
     State state = State::preparing;
@@ -74,7 +74,8 @@ std::string toText(const SceneRecord& record);
 core::Result<SceneRecord> parseRecord(const std::string& text);
 
 /// Reads the options of a source as clients and records write them: `grid`, `series`, `raw`,
-/// `detail` (texts), `voxel_size` (three numbers), `pixel_size` (two), `height_scale`, `no_data`.
+/// `detail` (texts), `voxel_size` (three numbers), `pixel_size` (two), `height_scale`, `no_data`,
+/// `mesh_resolution`, `mesh_reach`.
 core::Result<sources::SourceOptions> parseOptions(const nlohmann::ordered_json& json);
 nlohmann::ordered_json optionsToJson(const sources::SourceOptions& options);
 

@@ -1,5 +1,6 @@
 #include "SceneRegistry.h"
 
+#include "ClientWords.h"
 #include "SceneFiles.h"
 
 #include <isofront/exchange/OutputFile.h>
@@ -39,13 +40,19 @@ bool isId(const std::string& text)
     return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
-std::string now()
+using Microseconds = std::chrono::sys_time<std::chrono::microseconds>;
+
+std::string shown(Microseconds time)
 {
-    const std::time_t time = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    const auto whole = std::chrono::floor<std::chrono::seconds>(time);
+    const std::time_t seconds = std::chrono::system_clock::to_time_t(whole);
     std::tm utc{};
-    gmtime_r(&time, &utc);
+    gmtime_r(&seconds, &utc);
     std::array<char, 32> text{};
-    return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc)};
+    std::string shown(
+        text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%S", &utc));
+    const std::string fraction = std::to_string((time - whole).count());
+    return shown + "." + std::string(6 - fraction.size(), '0') + fraction + "Z";
 }
 
 core::Error storageError(const fs::path& path, const std::error_code& error)
@@ -172,46 +179,116 @@ std::optional<SceneRecord> SceneRegistry::find(const std::string& id) const
 
 core::Result<SceneRecord> SceneRegistry::create(const std::string& name, const SceneOrigin& origin)
 {
+    bool isFolder = false;
     if (origin.kind == SceneOrigin::Kind::procedural) {
         if (const auto good = checkFormula(origin.text); !good)
-            return tl::unexpected(good.error());
-    } else if (const auto file = sourceFileIn(_settings.sources, origin.text); !file) {
-        return tl::unexpected(file.error());
+            return core::failure(good.error().code, inClientWords(good.error().message, ""));
+    } else {
+        const auto file = sourceFileIn(_settings.sources, origin.text);
+        if (!file)
+            return tl::unexpected(file.error());
+        std::error_code ignored;
+        isFolder = fs::is_directory(*file, ignored);
     }
-    return store(name, origin, nullptr);
+    if (const auto good = checkOptions(origin.options, origin, isFolder); !good)
+        return tl::unexpected(good.error());
+    return store(name, origin, nullptr, nullptr);
 }
 
-core::Result<SceneRecord>
-SceneRegistry::create(const std::string& name, const SceneOrigin& origin, UploadedFile& file)
+core::Result<SceneRecord> SceneRegistry::create(
+    const std::string& name, const SceneOrigin& origin, UploadedFile& file, BodyRoom* room)
 {
-    return store(name, origin, &file);
+    if (const auto good = checkOptions(origin.options, origin, false); !good)
+        return tl::unexpected(good.error());
+    return store(name, origin, &file, room);
 }
 
-core::Result<SceneRecord>
-SceneRegistry::store(const std::string& name, const SceneOrigin& origin, UploadedFile* file)
+/// Bytes of the storage that an upload under way takes.
+class SceneRegistry::Room final : public BodyRoom {
+public:
+    explicit Room(SceneRegistry& registry) : _registry(registry) {}
+    Room(const Room&) = delete;
+    Room& operator=(const Room&) = delete;
+    ~Room() override
+    {
+        const std::scoped_lock lock(_registry._mutex);
+        _registry._storedBytes -= _bytes;
+    }
+
+    std::optional<Response> extend(std::uint64_t bytes) override
+    {
+        const std::scoped_lock lock(_registry._mutex);
+        if (bytes <= _bytes)
+            return std::nullopt;
+        if (auto full = _registry.storageExceeded(bytes - _bytes))
+            return problem(507, full->message);
+        _registry._storedBytes += bytes - _bytes;
+        _bytes = bytes;
+        return std::nullopt;
+    }
+    std::uint64_t take() override { return std::exchange(_bytes, 0); }
+
+private:
+    SceneRegistry& _registry;
+    std::uint64_t _bytes = 0;
+};
+
+std::optional<core::Error> SceneRegistry::scenesExceeded() const
+{
+    if (_records.size() + _comingScenes < _settings.scenes)
+        return std::nullopt;
+    return core::Error{
+        core::ErrorCode::resourceLimit,
+        "there are as many scenes as may be (" + std::to_string(_settings.scenes) +
+            "): delete one"};
+}
+
+std::optional<core::Error> SceneRegistry::storageExceeded(std::uint64_t more) const
+{
+    // what was stored under a larger limit may be more than there may be
+    if (_storedBytes <= _settings.storageBytes && more <= _settings.storageBytes - _storedBytes)
+        return std::nullopt;
+    return core::Error{
+        core::ErrorCode::resourceLimit,
+        "all uploads together, those under way included, may take " +
+            std::to_string(_settings.storageBytes) + " bytes: delete a scene"};
+}
+
+core::Result<std::shared_ptr<BodyRoom>> SceneRegistry::expectUpload(const SceneOrigin& origin)
+{
+    if (const auto good = checkOptions(origin.options, origin, false); !good)
+        return tl::unexpected(good.error());
+    const std::scoped_lock lock(_mutex);
+    if (auto full = scenesExceeded())
+        return tl::unexpected(std::move(*full));
+    return std::make_shared<Room>(*this);
+}
+
+core::Result<SceneRecord> SceneRegistry::store(
+    const std::string& name, const SceneOrigin& origin, UploadedFile* file, BodyRoom* room)
 {
     SceneRecord record;
     record.id = newId();
     record.name = name.empty() ? origin.text : name;
-    record.created = now();
     record.origin = origin;
     std::error_code error;
     if (file != nullptr)
         record.storedBytes = fs::file_size(file->path(), error);
     {
         const std::scoped_lock lock(_mutex);
-        if (_records.size() + _comingScenes >= _settings.scenes)
-            return core::failure(
-                core::ErrorCode::resourceLimit,
-                "there are as many scenes as may be (" + std::to_string(_settings.scenes) +
-                    "): delete one");
-        if (_storedBytes + record.storedBytes > _settings.storageBytes)
-            return core::failure(
-                core::ErrorCode::resourceLimit,
-                "all uploads together may take " + std::to_string(_settings.storageBytes) +
-                    " bytes: delete a scene");
+        if (auto full = scenesExceeded())
+            return tl::unexpected(std::move(*full));
+        if (room != nullptr)
+            _storedBytes -= room->take();
+        if (auto full = record.storedBytes > 0 ? storageExceeded(record.storedBytes) : std::nullopt)
+            return tl::unexpected(std::move(*full));
         ++_comingScenes;
         _storedBytes += record.storedBytes;
+        // so that they can be listed in the order in which they were made
+        _lastCreated = std::max(
+            std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()),
+            _lastCreated + std::chrono::microseconds(1));
+        record.created = shown(_lastCreated);
     }
     const fs::path coming = _folder / (".new-" + record.id);
     core::Result<void> stored;
@@ -281,6 +358,7 @@ SceneRegistry::read(const SceneRecord& record, std::uint64_t limit) const
 {
     sources::SourceOptions options = record.origin.options;
     options.memoryLimit = limit;
+    options.readsOtherFiles = record.origin.kind == SceneOrigin::Kind::file;
     options.stop = _stop.get_token();
     std::string text = record.origin.text;
     std::string hidden; // clients have no business with the folders of this machine
@@ -299,13 +377,11 @@ SceneRegistry::read(const SceneRecord& record, std::uint64_t limit) const
         text = file->string();
     }
     auto source = sources::openSource(text, options);
-    if (source || hidden.empty())
-        return source;
-    core::Error error = source.error();
-    for (std::size_t at = error.message.find(hidden); at != std::string::npos;
-         at = error.message.find(hidden))
-        error.message.erase(at, hidden.size());
-    return tl::unexpected(error);
+    if (!source)
+        return core::failure(source.error().code, inClientWords(source.error().message, hidden));
+    for (std::string& note : source->notes)
+        note = inClientWords(std::move(note), hidden);
+    return source;
 }
 
 /// As `read`; what libraries throw is a failure of the scene's.

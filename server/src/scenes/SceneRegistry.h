@@ -9,6 +9,7 @@
 #include <isofront/server/Settings.h>
 #include <isofront/sources/Source.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -53,12 +54,19 @@ public:
     [[nodiscard]] std::vector<SceneRecord> list() const; ///< oldest first
     [[nodiscard]] std::optional<SceneRecord> find(const std::string& id) const;
     /// Makes a scene of a formula or a file of the service's.
-    /// Errors: usage for names that aren't there, resourceLimit if there are too many scenes,
-    /// inputOutput if it can't be stored.
+    /// Errors: usage for names that aren't there and options that have no effect on them,
+    /// resourceLimit if there are too many scenes, inputOutput if it can't be stored.
     core::Result<SceneRecord> create(const std::string& name, const SceneOrigin& origin);
     /// Makes a scene of a file that a client has sent.
-    core::Result<SceneRecord>
-    create(const std::string& name, const SceneOrigin& origin, UploadedFile& file);
+    /// @param room  what `expectUpload` gave for it; none: what it takes is only counted now
+    core::Result<SceneRecord> create(
+        const std::string& name,
+        const SceneOrigin& origin,
+        UploadedFile& file,
+        BodyRoom* room = nullptr);
+    /// Before a client sends a file: whether a scene could be made of it. What it says that it will
+    /// send counts as stored from then on.
+    core::Result<std::shared_ptr<BodyRoom>> expectUpload(const SceneOrigin& origin);
     /// @return whether there was one
     core::Result<bool> remove(const std::string& id);
 
@@ -81,8 +89,12 @@ private:
     SceneRegistry(const Settings& settings, Log& log, Metrics& metrics);
     core::Result<void> takeUp();
     void takeUpScene(const std::filesystem::path& folder);
+    class Room;
     core::Result<SceneRecord>
-    store(const std::string& name, const SceneOrigin& origin, UploadedFile* file);
+    store(const std::string& name, const SceneOrigin& origin, UploadedFile* file, BodyRoom* room);
+    // holding the lock: why there is no room for another scene, or for more bytes
+    [[nodiscard]] std::optional<core::Error> scenesExceeded() const;
+    [[nodiscard]] std::optional<core::Error> storageExceeded(std::uint64_t more) const;
     core::Result<void> write(const SceneRecord& record, const std::filesystem::path& folder) const;
     core::Result<sources::Source> read(const SceneRecord& record, std::uint64_t limit) const;
     void prepareAll(const std::stop_token& stop);
@@ -100,7 +112,8 @@ private:
     std::map<std::string, Opened> _opened;
     std::deque<std::string> _toPrepare;
     std::uint64_t _uses = 0;
-    std::uint64_t _storedBytes = 0;
+    std::uint64_t _storedBytes = 0; ///< and those of uploads that are under way
+    std::chrono::sys_time<std::chrono::microseconds> _lastCreated;
     std::uint64_t _comingScenes = 0; ///< being stored
     std::stop_source _stop;
     std::jthread _preparer; // ends first

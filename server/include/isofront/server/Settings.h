@@ -75,7 +75,7 @@ std::span<const Setting> settingsTable();
 std::string environmentName(std::string_view setting);
 
 /// A value that somebody gave, and where, for messages: "--port", "ISOFRONT_SERVE_PORT",
-/// "serve.toml".
+/// "serve.toml:3".
 struct GivenSetting {
     std::string name;
     std::string value;
@@ -85,6 +85,18 @@ struct GivenSetting {
 /// The values of all `ISOFRONT_SERVE_...` variables.
 /// @param environment  lines `NAME=value`, as a process has them
 std::vector<GivenSetting> settingsOfEnvironment(std::span<const std::string> environment);
+
+/// The settings of a file: lines `name = value`. A value is plain up to the end of the line, in
+/// double quotes (with \\ and \" for these two characters), in single ones, or a list of such in
+/// brackets, which is the same as one text with commas; # begins a comment. Errors: inputOutput for
+/// what can't be read; usage for lines that aren't so, and names that come twice. All name the file
+/// and the line.
+core::Result<std::vector<GivenSetting>> settingsOfFile(const std::filesystem::path& file);
+/// The same of the text of a file.
+core::Result<std::vector<GivenSetting>>
+parseSettings(std::string_view text, const std::string& file);
+/// A value as a file has it, in quotes.
+std::string quotedSetting(std::string_view value);
 
 struct SettingsInForce {
     Settings settings;
