@@ -11,11 +11,13 @@
 #include <openvdb/util/Util.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace isofront::volume {
 
@@ -66,51 +68,126 @@ public:
         // What is missed is known two voxels away at most; the third pass is for what it reveals.
         constexpr int kPasses = 3;
         openvdb::tree::LeafManager<IndexTree> leaves(_nearest, 1);
+        leaves.foreach ([](IndexTree::LeafNodeType& leaf, std::size_t number) {
+            leaf.setTransientData(static_cast<openvdb::Index32>(number));
+        });
+        _news.assign(leaves.leafCount(), News{true}); // at first all is news
+        std::vector<News> next(leaves.leafCount());
         for (int pass = 0; pass < kPasses; ++pass) {
             leaves.foreach ([&](IndexTree::LeafNodeType& leaf, std::size_t number) {
                 auto& improved = leaves.getBuffer(number, 1);
                 improved = leaf.buffer();
-                if (!stop.stop_requested())
-                    improve(leaf, improved);
+                next[number] = stop.stop_requested() ? News{false} : improve(leaf, improved);
             });
             if (stop.stop_requested())
                 return false;
             leaves.swapLeafBuffer(1);
+            _news.swap(next);
         }
         return true;
     }
 
 private:
     using IndexTree = openvdb::Int32Tree;
+    using Leaf = IndexTree::LeafNodeType;
+    /// Voxels of a leaf that know another triangle than a pass before. Only of these can their
+    /// neighbours learn anything.
+    using News = openvdb::util::NodeMask<Leaf::LOG2DIM>;
+
+    /// The indices of a leaf's voxels and of those around; unknown where there is no news.
+    struct Neighbourhood {
+        static constexpr int kEdge = static_cast<int>(Leaf::DIM) + 2;
+
+        std::array<openvdb::Int32, static_cast<std::size_t>(kEdge* kEdge* kEdge)> indices{};
+        bool hasNews = false;
+
+        /// @param place  relative to the leaf's first voxel, from -1 on
+        static std::size_t at(const openvdb::Coord& place)
+        {
+            return static_cast<std::size_t>(
+                ((place.x() + 1) * kEdge + place.y() + 1) * kEdge + place.z() + 1);
+        }
+    };
+
+    static openvdb::Int32 unknown()
+    {
+        return static_cast<openvdb::Int32>(openvdb::util::INVALID_IDX);
+    }
+
+    Neighbourhood neighbourhoodOf(const Leaf& leaf) const
+    {
+        constexpr int kDim = static_cast<int>(Leaf::DIM);
+        Neighbourhood around;
+        around.indices.fill(unknown());
+        const openvdb::tree::ValueAccessor<const IndexTree, false> nearest(_nearest);
+        openvdb::Coord step;
+        for (step.x() = -1; step.x() <= 1; ++step.x())
+            for (step.y() = -1; step.y() <= 1; ++step.y())
+                for (step.z() = -1; step.z() <= 1; ++step.z()) {
+                    const openvdb::Coord offset(step.x() * kDim, step.y() * kDim, step.z() * kDim);
+                    const Leaf* const other = nearest.probeConstLeaf(leaf.origin() + offset);
+                    if (other == nullptr)
+                        continue;
+                    const News& news = _news[other->transientData()];
+                    if (news.isOff())
+                        continue;
+                    const openvdb::Coord first =
+                        openvdb::Coord::maxComponent(openvdb::Coord(-1), offset);
+                    const openvdb::Coord last = openvdb::Coord::minComponent(
+                        openvdb::Coord(kDim), offset.offsetBy(kDim - 1));
+                    openvdb::Coord place;
+                    for (place.x() = first.x(); place.x() <= last.x(); ++place.x())
+                        for (place.y() = first.y(); place.y() <= last.y(); ++place.y())
+                            for (place.z() = first.z(); place.z() <= last.z(); ++place.z()) {
+                                const openvdb::Index voxel = Leaf::coordToOffset(place);
+                                if (news.isOff(voxel))
+                                    continue;
+                                around.indices[Neighbourhood::at(place)] = other->getValue(voxel);
+                                around.hasNews = true;
+                            }
+                }
+        return around;
+    }
 
     /// Reads the voxels around those of a leaf, and changes nothing but the leaf's own distances.
-    void improve(const IndexTree::LeafNodeType& leaf, IndexTree::LeafNodeType::Buffer& improved)
+    News improve(const Leaf& leaf, Leaf::Buffer& improved)
     {
+        News news{false};
         auto* const own = _distances.probeLeaf(leaf.origin());
         if (own == nullptr)
-            return;
-        const openvdb::tree::ValueAccessor<const IndexTree, false> nearest(_nearest);
+            return news;
+        const Neighbourhood around = neighbourhoodOf(leaf);
+        if (!around.hasNews)
+            return news;
+        std::array<openvdb::Int32, 27> seen{}; // neighbours mostly know the same few
         for (auto value = own->beginValueOn(); value; ++value) {
             const openvdb::Coord voxel = value.getCoord();
+            const openvdb::Coord place = voxel - leaf.origin();
             openvdb::Int32 index = leaf.getValue(value.pos());
-            float least = std::abs(*value);
-            openvdb::Int32 last = index; // neighbours mostly know the same one
+            const float before = std::abs(*value);
+            float least = before;
+            seen[0] = index;
+            std::size_t count = 1;
             for (int i = 0; i < 26; ++i) {
                 const openvdb::Int32 other =
-                    nearest.getValue(voxel + openvdb::util::COORD_OFFSETS[i]);
-                if (other == last || other == index ||
-                    other == static_cast<openvdb::Int32>(openvdb::util::INVALID_IDX))
+                    around.indices[Neighbourhood::at(place + openvdb::util::COORD_OFFSETS[i])];
+                const auto end = seen.begin() + static_cast<std::ptrdiff_t>(count);
+                if (other == unknown() || std::find(seen.begin(), end, other) != end)
                     continue;
-                last = other;
+                seen[count++] = other;
                 const float distance = distanceTo(static_cast<std::size_t>(other), voxel);
                 if (distance < least) {
                     least = distance;
                     index = other;
                 }
             }
+            if (!(least < before))
+                continue;
             improved.setValue(value.pos(), index);
             value.setValue(std::copysign(least, *value));
+            news.setOn(value.pos());
         }
+        return news;
     }
 
     [[nodiscard]] float distanceTo(std::size_t polygon, const openvdb::Coord& voxel) const
@@ -131,6 +208,7 @@ private:
     const Polygons& _polygons;
     FloatGrid::TreeType& _distances;
     IndexTree& _nearest;
+    std::vector<News> _news; ///< by the leaf's number
 };
 
 /// Distances in voxels.
