@@ -1,13 +1,51 @@
 #include "CommandFixture.h"
 #include "server/HttpClient.h"
+#include "server/StreamViewer.h"
 
 #include <csignal>
+#include <cstdint>
+#include <filesystem>
 #include <thread>
 
 namespace isofront::cli {
 namespace {
 
-using Serve = Command;
+class Serve : public Command {
+protected:
+    struct Service {
+        pid_t process = 0;
+        std::uint16_t port = 0; ///< 0: it didn't come up
+    };
+
+    Service start() const
+    {
+        Service service{fork()};
+        if (service.process == 0) {
+            if (chdir(folder.c_str()) != 0 || std::freopen("errors", "w", stderr) == nullptr)
+                _exit(99);
+            execl(ISOFRONT_BINARY, "isofront", "serve", "--port", "0", static_cast<char*>(nullptr));
+            _exit(99);
+        }
+        std::string errors;
+        std::size_t at = 0;
+        const std::string before = "http://127.0.0.1:";
+        while ((at = errors.find(before)) == std::string::npos ||
+               errors.find('/', at + before.size()) == std::string::npos) {
+            EXPECT_EQ(waitpid(service.process, nullptr, WNOHANG), 0) << errors;
+            if (HasFailure())
+                return service;
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            errors = contentsOf(folder / "errors");
+        }
+        service.port = static_cast<std::uint16_t>(std::stoi(errors.substr(at + before.size())));
+        return service;
+    }
+    static void end(const Service& service)
+    {
+        kill(service.process, SIGKILL);
+        waitpid(service.process, nullptr, 0);
+    }
+};
 
 TEST_F(Serve, takesSettingsFromFileEnvironmentAndOptions)
 {
@@ -72,33 +110,42 @@ TEST_F(Serve, refusesWhatMakesNoSense)
 
 TEST_F(Serve, servesUntilItIsAskedToEnd)
 {
-    const pid_t process = fork();
-    ASSERT_GE(process, 0);
-    if (process == 0) {
-        if (chdir(folder.c_str()) != 0 || std::freopen("errors", "w", stderr) == nullptr)
-            _exit(99);
-        execl(ISOFRONT_BINARY, "isofront", "serve", "--port", "0", static_cast<char*>(nullptr));
-        _exit(99);
-    }
-    std::string errors;
-    std::size_t at = 0;
-    const std::string before = "http://127.0.0.1:";
-    while ((at = errors.find(before)) == std::string::npos ||
-           errors.find('/', at + before.size()) == std::string::npos) {
-        ASSERT_EQ(waitpid(process, nullptr, WNOHANG), 0) << errors;
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        errors = contentsOf(folder / "errors");
-    }
-    const int port = std::stoi(errors.substr(at + before.size()));
-    server::HttpClient client(static_cast<std::uint16_t>(port));
+    const Service service = start();
+    ASSERT_NE(service.port, 0);
+    server::HttpClient client(service.port);
     EXPECT_EQ(client.ask("GET", "/healthz").status, 200);
-    kill(process, SIGTERM);
+    kill(service.process, SIGTERM);
     int status = -1;
-    waitpid(process, &status, 0);
+    waitpid(service.process, &status, 0);
     EXPECT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 0) << contentsOf(folder / "errors");
     EXPECT_TRUE(client.isClosed());
     EXPECT_TRUE(fs::exists(folder / "isofront-data" / "scenes"));
+}
+
+TEST_F(Serve, givesAClientTheRestAfterItWasKilled)
+{
+    Service service = start();
+    ASSERT_NE(service.port, 0);
+    const server::StreamedScene scene = server::makeScene(service.port);
+    server::StreamViewer viewer(service.port, scene.target);
+    viewer.greet(scene.view);
+    viewer.settle();
+    end(service);
+    while (viewer.listen()) {
+    }
+    EXPECT_TRUE(viewer.socket.isClosed());
+
+    std::filesystem::remove(folder / "errors");
+    service = start();
+    ASSERT_NE(service.port, 0);
+    server::StreamViewer again(service.port, scene.target);
+    again.greet(scene.view, viewer.client.payloads);
+    again.settle();
+    EXPECT_GT(again.client.host.triangles(), 500U);
+    EXPECT_EQ(again.client.host.triangles(), viewer.client.host.triangles());
+    EXPECT_LT(5 * again.client.cells, viewer.client.cells);
+    end(service);
 }
 
 } // namespace

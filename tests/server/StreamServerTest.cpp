@@ -1,123 +1,17 @@
 // Streams of the real service, over sockets.
 
-#include "StreamClient.h"
-#include "TemporaryFolder.h"
-#include "WebSocketClient.h"
+#include "StreamedFixture.h"
+#include "support/Random.h"
 
-#include <isofront/server/Server.h>
-
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include <chrono>
+#include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
 namespace isofront::server {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-class Streamed : public testing::Test {
-protected:
-    Streamed()
-    {
-        settings.port = 0;
-        settings.data = folder.path / "data";
-        settings.logLevel = "error";
-        settings.anonymous = {"read", "write", "admin"};
-        settings.workers = 4;
-    }
-
-    void start()
-    {
-        server.reset();
-        auto started = Server::start(settings);
-        ASSERT_TRUE(started) << started.error().message;
-        server = std::move(*started);
-        if (target.empty())
-            makeScene();
-    }
-    void makeScene()
-    {
-        HttpClient client(server->port());
-        const HttpAnswer made = client.ask(
-            "POST",
-            "/v1/scenes",
-            "Content-Type: application/json\r\n",
-            R"({"formula": "proc:sphere"})");
-        ASSERT_EQ(made.status, 201) << made.body;
-        const std::string id = Json::parse(made.body).at("id");
-        Json scene;
-        do {
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            scene = Json::parse(client.ask("GET", "/v1/scenes/" + id).body);
-        } while (scene.at("state") == "preparing");
-        ASSERT_EQ(scene.at("state"), "ready") << scene;
-        target = "/v1/scenes/" + id + "/stream";
-        const Json& look = scene.at("description").at("view");
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            view.eye[axis] = look.at("eye").at(axis);
-            view.forward[axis] = look.at("target").at(axis).get<double>() - view.eye[axis];
-            view.up[axis] = look.at("up").at(axis);
-        }
-        view.width = 160;
-        view.height = 120;
-    }
-
-    /// Somebody who looks at the scene.
-    struct Viewer {
-        Viewer(std::uint16_t port, const std::string& itsTarget) : socket(port, itsTarget) {}
-
-        void greet(const hierarchy::View& itsView)
-        {
-            ASSERT_EQ(socket.handshake.status, 101) << socket.handshake.body;
-            socket.send(helloMessage(1'000'000));
-            socket.send(creditsMessage(std::uint64_t{1} << 30U));
-            socket.send(viewMessage(itsView, 4));
-        }
-        /// Takes one message.
-        bool listen()
-        {
-            const auto frame = socket.receive();
-            if (!frame || frame->opcode != 2)
-                return false;
-            const std::uint64_t before = client.transaction;
-            client.take(frame->bytes());
-            if (client.transaction != before)
-                socket.send(acknowledgeMessage(client.transaction));
-            return true;
-        }
-        void settle()
-        {
-            while (!client.isSettled && !testing::Test::HasFailure())
-                ASSERT_TRUE(listen()) << "the service has gone";
-        }
-
-        WebSocketClient socket;
-        StreamClient client;
-    };
-
-    double metric(const std::string& name) const
-    {
-        HttpClient client(server->port());
-        const std::string text = client.ask("GET", "/metrics").body;
-        const std::size_t at = text.find("\n" + name + " ");
-        return at == std::string::npos ? -1 : std::stod(text.substr(at + name.size() + 2));
-    }
-    void awaitStreams(double count) const
-    {
-        while (metric("isofront_streams") != count)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-
-    TemporaryFolder folder;
-    Settings settings;
-    std::unique_ptr<Server> server;
-    std::string target;
-    hierarchy::View view;
-};
 
 TEST_F(Streamed, showsTwoClientsTheSameAndExtractsItOnce)
 {
@@ -139,10 +33,12 @@ TEST_F(Streamed, showsTwoClientsTheSameAndExtractsItOnce)
 
 TEST_F(Streamed, servesManyClientsOfWhomSomeVanish)
 {
-    settings.streams = 20;
+    // fifty: with ISOFRONT_TEST_INTENSITY=2.5
+    const auto count = static_cast<std::uint32_t>(std::max(4, tests::trials(20) / 2 * 2));
+    settings.streams = count;
     start();
     std::vector<std::unique_ptr<Viewer>> viewers;
-    for (int i = 0; i < 20; ++i) {
+    for (std::uint32_t i = 0; i < count; ++i) {
         viewers.push_back(std::make_unique<Viewer>(server->port(), target));
         viewers.back()->client.looksForCracks = i == 0;
         viewers.back()->greet(view);
@@ -155,7 +51,7 @@ TEST_F(Streamed, servesManyClientsOfWhomSomeVanish)
         viewers[i]->settle();
     for (std::size_t i = 0; i < viewers.size(); i += 2)
         EXPECT_EQ(viewers[i]->client.host.triangles(), viewers[0]->client.host.triangles());
-    awaitStreams(10);
+    awaitStreams(count / 2);
     viewers.clear();
     awaitStreams(0);
 }
@@ -198,14 +94,8 @@ TEST_F(Streamed, tellsClientsWhenItEndsAndIsThereAgainAfterwards)
     ending.join();
 
     start();
-    std::map<std::uint64_t, std::uint32_t> held;
     Viewer again(server->port(), target);
-    for (const auto& [hash, payload] : former.payloads)
-        held[hash] = payload.bytes;
-    again.client.payloads = former.payloads;
-    again.socket.send(helloMessage(1'000'000, held));
-    again.socket.send(creditsMessage(std::uint64_t{1} << 30U));
-    again.socket.send(viewMessage(view, 4));
+    again.greet(view, former.payloads);
     again.settle();
     EXPECT_EQ(again.client.host.triangles(), former.host.triangles());
     EXPECT_LT(5 * again.client.cells, former.cells);

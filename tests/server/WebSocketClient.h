@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace isofront::server {
@@ -58,6 +59,11 @@ public:
             frame += static_cast<char>(static_cast<char>(message[i]) ^ mask[i % 4]);
         return _http.send(frame);
     }
+
+    /// Sends bytes that may be no frame.
+    bool sendRaw(std::string_view bytes) const { return _http.send(bytes); }
+    /// True once the other side has closed, and all that it had sent has been read.
+    bool isClosed() { return _http.isClosed(); }
 
     /// The next frame, pings aside; nothing if the other side has gone.
     std::optional<Frame> receive()
