@@ -27,6 +27,7 @@ constexpr std::array kLevels{
     Described{"isofront_scenes_open", "Scenes whose field is in memory."},
     Described{"isofront_scene_bytes", "Memory of the fields of open scenes."},
     Described{"isofront_cell_bytes", "Memory of extracted cells that clients share."},
+    Described{"isofront_stream_bytes", "Memory of all that clients see, those cells included."},
 };
 
 // in the order of Metrics::Count

@@ -43,6 +43,8 @@ public:
     ~HttpClient() { close(_socket); }
 
     [[nodiscard]] bool isOpen() const { return _isOpen; }
+    /// Hangs up: nothing is sent or received any more.
+    void hangUp() const { shutdown(_socket, SHUT_RDWR); }
 
     /// @return whether all was taken
     bool send(std::string_view bytes) const

@@ -56,6 +56,28 @@ TEST_F(Streamed, servesManyClientsOfWhomSomeVanish)
     awaitStreams(0);
 }
 
+TEST_F(Streamed, refusesClientsForWhomThereIsNoRoom)
+{
+    settings.memoryBytes = 1000; // what is in use may be more: it is looked at when another comes
+    start();
+    Viewer one(server->port(), target);
+    one.greet(view);
+    one.settle();
+    {
+        const WebSocketClient other(server->port(), target);
+        EXPECT_EQ(other.handshake.status, 503);
+        EXPECT_NE(other.handshake.body.find("memory"), std::string::npos);
+    }
+    EXPECT_GT(metric("isofront_stream_bytes"), 1000);
+    one.socket.hangUp();
+    awaitStreams(0);
+    // its meshes go when its surface is taken apart, in its own time
+    int status = 0;
+    while ((status = WebSocketClient(server->port(), target).handshake.status) == 503)
+        std::this_thread::yield();
+    EXPECT_EQ(status, 101);
+}
+
 TEST_F(Streamed, refusesWhatItCannotShow)
 {
     start();

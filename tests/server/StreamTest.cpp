@@ -33,6 +33,7 @@ struct Talk {
         setup.surface = surface::smallOptions();
         setup.surface.shared = shared;
         setup.jobs = surface::jobsOf(core::JobsBackend::inlined);
+        setup.payloads = std::make_shared<SharedPayloads>(std::size_t{1} << 20U);
         setup.metrics = &metrics;
         session = std::make_unique<StreamSession>(std::move(setup));
     }
@@ -203,6 +204,67 @@ TEST(CellCodec, refusesBytesThatAreNoCell)
     }
 }
 
+TEST(SharedPayloads, encodeAMeshOnceAndStayBelowTheirBound)
+{
+    extractor::ExtractionSettings settings;
+    settings.latticeSize = 4;
+    const extractor::CellExtractor extractor(std::make_shared<Hills>(), {}, settings);
+    std::vector<std::shared_ptr<const extractor::CellMesh>> meshes;
+    hierarchy::Front().forEachCell(
+        [&](const hierarchy::CellId&, const hierarchy::Tetrahedron& cell) {
+            if (auto mesh = extractor.extract(cell); !mesh->indices.empty())
+                meshes.push_back(std::make_shared<const extractor::CellMesh>(std::move(*mesh)));
+        });
+    ASSERT_GT(meshes.size(), 2U);
+    SharedPayloads all(std::size_t{1} << 20U);
+    for (const auto& mesh : meshes) {
+        const auto payload = all.encoded(mesh);
+        EXPECT_EQ(payload->bytes, encodeCell(*mesh).bytes);
+        EXPECT_EQ(payload->hash, hashOf(payload->bytes));
+        EXPECT_EQ(all.encoded(mesh), payload);
+    }
+    EXPECT_EQ(all.stats().encoded, meshes.size());
+    EXPECT_EQ(all.stats().shared, meshes.size());
+
+    SharedPayloads few(all.stats().bytes - 1); // the least recently used goes
+    for (const auto& mesh : meshes)
+        static_cast<void>(few.encoded(mesh));
+    EXPECT_LT(few.stats().bytes, all.stats().bytes);
+    static_cast<void>(few.encoded(meshes.back()));
+    EXPECT_EQ(few.stats().shared, 1U);
+    static_cast<void>(few.encoded(meshes.front()));
+    EXPECT_EQ(few.stats().encoded, meshes.size() + 1);
+
+    SharedPayloads none(0);
+    EXPECT_EQ(none.encoded(meshes[0])->bytes, all.encoded(meshes[0])->bytes);
+    EXPECT_EQ(none.stats().bytes, 0U);
+}
+
+// Where one mesh lay there may be another: places alone don't tell them apart.
+TEST(SharedPayloads, areNotTakenForThoseOfMeshesThatHaveGone)
+{
+    extractor::ExtractionSettings settings;
+    settings.latticeSize = 4;
+    const extractor::CellExtractor extractor(std::make_shared<Hills>(), {}, settings);
+    extractor::CellMesh place;
+    const auto at = [&] { // all at one address
+        return std::shared_ptr<const extractor::CellMesh>(
+            &place, [](const extractor::CellMesh*) {});
+    };
+    SharedPayloads payloads(std::size_t{1} << 20U);
+    std::size_t count = 0;
+    hierarchy::Front().forEachCell(
+        [&](const hierarchy::CellId&, const hierarchy::Tetrahedron& cell) {
+            place = *extractor.extract(cell);
+            if (place.indices.empty())
+                return;
+            ++count;
+            EXPECT_EQ(payloads.encoded(at())->bytes, encodeCell(place).bytes);
+        });
+    EXPECT_GT(count, 2U);
+    EXPECT_EQ(payloads.stats().encoded, count);
+}
+
 TEST(StreamSession, leadsAClientWithoutCracksToTheSurface)
 {
     Talk talk;
@@ -272,8 +334,8 @@ TEST(StreamSession, skipsWhatIsSupersededForASlowClient)
     Talk quick;
     for (Talk* talk : {&slow, &quick}) {
         talk->greet();
-        for (int i = 0; i < 30; ++i) {
-            talk->say(viewMessage(viewFrom({0.2 + 0.02 * i, 0.3, 0.62}), kError));
+        for (int i = 0; i < 12; ++i) {
+            talk->say(viewMessage(viewFrom({0.2 + 0.05 * i, 0.3, 0.62}), kError));
             talk->say(creditsMessage(talk == &slow ? 300 : kPlenty));
             talk->session->advance();
             talk->listen();

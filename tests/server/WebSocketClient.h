@@ -62,6 +62,8 @@ public:
 
     /// Sends bytes that may be no frame.
     bool sendRaw(std::string_view bytes) const { return _http.send(bytes); }
+    /// Hangs up without a word.
+    void hangUp() const { _http.hangUp(); }
     /// True once the other side has closed, and all that it had sent has been read.
     bool isClosed() { return _http.isClosed(); }
 

@@ -3,9 +3,12 @@
 #include <isofront/surface/SharedCells.h>
 
 #include <atomic>
+#include <cstddef>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <thread>
+#include <utility>
 
 namespace isofront::surface {
 namespace {
@@ -112,6 +115,81 @@ TEST(SharedCells, keepsApartWhatDiffersAndStaysBelowItsBound)
     EXPECT_EQ(cells.stats().bytes, 0U);
     EXPECT_EQ(ask()->vertices, finer->vertices);
     EXPECT_EQ(cells.stats().cells, 0U);
+}
+
+TEST(SharedCells, countMeshesOnceForAsLongAsAnybodyHasThem)
+{
+    const extractor::CellExtractor extractor(
+        std::make_shared<Hills>(), {}, smallOptions().extraction);
+    auto cells = std::make_unique<SharedCells>(std::size_t{1} << 20U);
+    auto one = cells->extract(extractor, kCell);
+    auto other = cells->extract(extractor, kCell);
+    const std::size_t bytes = one->bytes();
+    EXPECT_EQ(cells->stats().liveBytes, bytes);
+    cells->setCapacity(0);
+    EXPECT_EQ(cells->stats().liveBytes, bytes);
+    one.reset();
+    EXPECT_EQ(cells->stats().liveBytes, bytes);
+    other.reset();
+    EXPECT_EQ(cells->stats().liveBytes, 0U);
+    one = cells->extract(extractor, kCell);
+    cells.reset();
+    EXPECT_GT(one->triangleCount(), 0U); // outlives where it is from
+}
+
+// Surfaces that have what they share taken away all the time, and want different things at once.
+TEST(SharedCells, changeNothingHoweverLittleIsKept)
+{
+    SurfaceOptions options = smallOptions();
+    options.pixelError = 8;
+    options.maxTriangles = 2500; // less than these views want
+    const hierarchy::View near = viewFrom({0.4, 0.3, 0.62});
+    const hierarchy::View far = viewFrom({0.7, 0.6, 0.75});
+    const auto field = std::make_shared<Hills>();
+    const auto expected = [&](const hierarchy::View& view, double isovalue) {
+        Surface alone(field, {}, options, jobsOf(core::JobsBackend::automatic));
+        alone.setIsovalue(isovalue);
+        Host host;
+        settleInto(alone, host, view);
+        return host;
+    };
+    const Host here = expected(near, 0.0);
+    const Host there = expected(far, 0.02);
+    ASSERT_GT(here.triangles(), 500U);
+    for (const std::size_t kept : {std::size_t{0}, std::size_t{20'000}, std::size_t{1} << 26U}) {
+        SurfaceOptions sharing = options;
+        sharing.shared = std::make_shared<SharedCells>(kept);
+        const auto jobs = jobsOf(core::JobsBackend::automatic);
+        Surface one(field, {}, sharing, jobs);
+        Surface other(field, {}, sharing, jobs);
+        Host hosts[2];
+        const auto step = [&](const hierarchy::View& ones, const hierarchy::View& others) {
+            for (int i = 0; i < 3; ++i) {
+                hosts[0].apply(one.update(ones, {.milliseconds = 1}));
+                hosts[1].apply(other.update(others, {.milliseconds = 1}));
+            }
+        };
+        for (int i = 0; i < 4; ++i) { // jumps, and isovalues that are given up again
+            one.setIsovalue(0.01 * i);
+            other.setIsovalue(0.01 * (3 - i));
+            step(i % 2 == 0 ? near : far, i % 2 == 0 ? far : near);
+        }
+        one.setIsovalue(0.0);
+        other.setIsovalue(0.02);
+        settleInto(one, hosts[0], near);
+        settleInto(other, hosts[1], far);
+        for (const auto& [host, alone] :
+             {std::pair(&hosts[0], &here), std::pair(&hosts[1], &there)}) {
+            EXPECT_EQ(host->cracks(), 0U);
+            EXPECT_LE(host->triangles(), options.maxTriangles);
+            ASSERT_EQ(host->cells().size(), alone->cells().size()) << kept;
+            for (const auto& [id, mesh] : host->cells()) {
+                ASSERT_EQ(mesh->vertices, alone->cells().at(id)->vertices);
+                ASSERT_EQ(mesh->indices, alone->cells().at(id)->indices);
+            }
+        }
+        EXPECT_LE(sharing.shared->stats().bytes, kept);
+    }
 }
 
 TEST(SharedCells, changeNothingOfWhatSurfacesShow)

@@ -4,9 +4,10 @@
 
 #include <isofront/hierarchy/Diamond.h>
 
-#include <bit>
+#include <atomic>
 #include <condition_variable>
 #include <list>
+#include <memory>
 #include <mutex>
 #include <unordered_map>
 #include <utility>
@@ -29,6 +30,25 @@ struct SharedKeyHash {
     {
         return core::hashCombined(MeshKeyHash{}(key.mesh), key.settings);
     }
+};
+
+/// A mesh that is counted for as long as anybody has it.
+class LiveMesh {
+public:
+    LiveMesh(extractor::CellMesh&& itsMesh, std::shared_ptr<std::atomic<std::size_t>> total)
+        : mesh(std::move(itsMesh)), _bytes(mesh.bytes()), _total(std::move(total))
+    {
+        _total->fetch_add(_bytes, std::memory_order_relaxed);
+    }
+    LiveMesh(const LiveMesh&) = delete;
+    LiveMesh& operator=(const LiveMesh&) = delete;
+    ~LiveMesh() { _total->fetch_sub(_bytes, std::memory_order_relaxed); }
+
+    const extractor::CellMesh mesh;
+
+private:
+    const std::size_t _bytes;
+    const std::shared_ptr<std::atomic<std::size_t>> _total; ///< outlives who counts
 };
 
 } // namespace
@@ -67,7 +87,7 @@ public:
         try {
             auto extracted = extractor.extract(hierarchy::tetrahedronOf(id), nullptr, cancelled);
             if (extracted)
-                mesh = std::make_shared<const extractor::CellMesh>(std::move(*extracted));
+                mesh = counted(std::move(*extracted));
         } catch (...) {
             lock.lock();
             _entries.erase(key);
@@ -101,6 +121,7 @@ public:
         const std::lock_guard lock(_mutex);
         Stats result = _stats;
         result.cells = _uses.size();
+        result.liveBytes = _liveBytes->load(std::memory_order_relaxed);
         return result;
     }
 
@@ -119,6 +140,13 @@ private:
                 return i;
         _settings.push_back(settings);
         return _settings.size() - 1;
+    }
+
+    [[nodiscard]] CellMeshPointer counted(extractor::CellMesh&& mesh) const
+    {
+        auto live = std::make_shared<LiveMesh>(std::move(mesh), _liveBytes);
+        const extractor::CellMesh* itsMesh = &live->mesh;
+        return {std::move(live), itsMesh};
     }
 
     static std::size_t bytesOf(const extractor::CellMesh& mesh)
@@ -143,6 +171,8 @@ private:
     std::unordered_map<SharedKey, Entry, SharedKeyHash> _entries;
     std::list<SharedKey> _uses; ///< of entries with meshes, the most recently used first
     std::vector<extractor::ExtractionSettings> _settings;
+    std::shared_ptr<std::atomic<std::size_t>> _liveBytes =
+        std::make_shared<std::atomic<std::size_t>>(0);
     Stats _stats;
 };
 

@@ -15,6 +15,10 @@ namespace {
 constexpr int kLattice = 8;
 /// Scenes whose cells are kept while nobody looks, for who comes back.
 constexpr std::size_t kMostScenes = 8;
+// Of the memory that the service may have, half is the scenes'. Of the other half:
+constexpr std::uint64_t kCellsShare = 4;     ///< cells are kept in a quarter of all,
+constexpr std::uint64_t kPayloadsShare = 32; ///< what is sent of them in so much,
+constexpr std::uint64_t kStreamsShare = 2;   ///< and together with what clients see it is no more
 
 } // namespace
 
@@ -38,7 +42,8 @@ surface::SurfaceOptions streamedSurface(const sources::Source& source, const Set
 }
 
 StreamHub::StreamHub(const Settings& settings, Metrics& metrics)
-    : _settings(settings), _metrics(metrics), _jobs(core::makeJobs())
+    : _settings(settings), _metrics(metrics), _jobs(core::makeJobs()),
+      _payloads(std::make_shared<SharedPayloads>(settings.memoryBytes / kPayloadsShare))
 {
 }
 
@@ -51,7 +56,7 @@ core::Result<std::unique_ptr<Stream>> StreamHub::open(std::shared_ptr<const Open
         return core::failure(
             core::ErrorCode::resourceLimit,
             "as many clients as may be see scenes already: try again");
-    if (sessionBytes() > _settings.memoryBytes)
+    if (bytes() > _settings.memoryBytes / kStreamsShare)
         return core::failure(
             core::ErrorCode::resourceLimit,
             "other clients' surfaces take all the memory that the service may: try again");
@@ -60,6 +65,7 @@ core::Result<std::unique_ptr<Stream>> StreamHub::open(std::shared_ptr<const Open
     setup.surface.shared = cellsOf(scene->record.id).shared;
     setup.scene = std::move(scene);
     setup.jobs = std::make_shared<LimitedJobs>(_jobs, _settings.streamJobs);
+    setup.payloads = _payloads;
     setup.scheduler = &_scheduler;
     setup.metrics = &_metrics;
     setup.report = [this] {
@@ -96,16 +102,15 @@ StreamHub::Cells& StreamHub::cellsOf(const std::string& scene)
     return cells;
 }
 
-/// A quarter of what the service may have: half is the scenes', a quarter what clients see.
 void StreamHub::divideMemory()
 {
     for (auto& [id, cells] : _cells)
-        cells.shared->setCapacity(_settings.memoryBytes / 4 / _cells.size());
+        cells.shared->setCapacity(_settings.memoryBytes / kCellsShare / _cells.size());
 }
 
 void StreamHub::report()
 {
-    std::size_t bytes = 0;
+    std::size_t kept = 0;
     for (auto& [id, cells] : _cells) {
         const surface::SharedCells::Stats now = cells.shared->stats();
         _metrics.count(
@@ -114,14 +119,18 @@ void StreamHub::report()
         _metrics.count(
             Metrics::Count::cellsShared, static_cast<double>(now.shared - cells.told.shared));
         cells.told = now;
-        bytes += now.bytes;
+        kept += now.bytes;
     }
-    _metrics.set(Metrics::Level::cellBytes, static_cast<double>(bytes));
+    _metrics.set(Metrics::Level::cellBytes, static_cast<double>(kept));
+    _metrics.set(Metrics::Level::streamBytes, static_cast<double>(bytes()));
 }
 
-std::uint64_t StreamHub::sessionBytes() const
+/// Meshes count once, however many clients see them.
+std::uint64_t StreamHub::bytes() const
 {
-    std::uint64_t bytes = 0;
+    std::uint64_t bytes = _payloads->stats().bytes;
+    for (const auto& [id, cells] : _cells)
+        bytes += cells.shared->stats().liveBytes;
     for (const StreamSession* session : _sessions)
         bytes += session->bytes();
     return bytes;

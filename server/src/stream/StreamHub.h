@@ -2,6 +2,7 @@
 
 #include "../Metrics.h"
 #include "../scenes/SceneRegistry.h"
+#include "SharedPayloads.h"
 #include "Stream.h"
 #include "StreamScheduler.h"
 
@@ -50,11 +51,12 @@ private:
     Cells& cellsOf(const std::string& scene); // these four holding the lock
     void divideMemory();
     void report();
-    [[nodiscard]] std::uint64_t sessionBytes() const;
+    [[nodiscard]] std::uint64_t bytes() const;
 
     const Settings _settings;
     Metrics& _metrics;
     std::shared_ptr<core::Jobs> _jobs;
+    const std::shared_ptr<SharedPayloads> _payloads;
     mutable std::mutex _mutex;
     std::map<std::string, Cells> _cells;
     std::set<const StreamSession*> _sessions;

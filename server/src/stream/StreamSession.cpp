@@ -16,6 +16,8 @@ constexpr std::size_t kEncodedAtOnce = 32;
 constexpr std::uint64_t kPatience = std::uint64_t{256} << 10U;
 /// About what a triangle takes [bytes].
 constexpr std::uint64_t kBytesPerTriangle = 5;
+/// About what it takes to know that a cell is wanted or shown [bytes].
+constexpr std::size_t kBytesPerCell = 80;
 /// Transactions that a client may be behind.
 constexpr std::uint64_t kMostUnacknowledged = 4;
 constexpr std::uint64_t kMostCredits = std::uint64_t{1} << 40U;
@@ -73,12 +75,6 @@ bool StreamSession::isOver() const
 {
     const std::lock_guard lock(_mutex);
     return _isOver;
-}
-
-std::size_t StreamSession::bytes() const
-{
-    const std::lock_guard lock(_mutex);
-    return _surfaceBytes + _held.bytes();
 }
 
 // What the client says
@@ -195,7 +191,9 @@ StreamScheduler::Outcome StreamSession::advance()
         _isReturning = false;
     const surface::SurfaceStats stats = _surface->stats();
     _effectiveError = stats.effectivePixelError;
-    _surfaceBytes = stats.totalBytes;
+    _bytes.store(
+        stats.hierarchyBytes + _held.bytes() + (_wanted.size() + _shown.size()) * kBytesPerCell,
+        std::memory_order_relaxed);
     const Outcome outcome = _isSettled        ? Outcome::idle
                             : delta.isEmpty() ? Outcome::waiting
                                               : Outcome::busy;
@@ -320,9 +318,9 @@ bool StreamSession::encodeNext()
     const auto found = _wanted.find(id);
     if (found == _wanted.end() || !found->second.mesh)
         return false;
-    CellPayload payload = encodeCell(*found->second.mesh);
-    if (_held.contains(payload.hash)) {
-        resolve(found->second, payload.hash);
+    std::shared_ptr<const CellPayload> payload = _setup.payloads->encoded(found->second.mesh);
+    if (_held.contains(payload->hash)) {
+        resolve(found->second, payload->hash);
         return false;
     }
     _encoded = {id, std::move(payload)};
@@ -347,7 +345,7 @@ StreamSession::Step StreamSession::sendCells()
     for (std::size_t looked = 0; looked < kEncodedAtOnce && _lacking > 0 && !isFull; ++looked) {
         if (!_encoded && !encodeNext())
             continue;
-        const CellPayload& payload = _encoded->payload;
+        const CellPayload& payload = *_encoded->payload;
         const std::size_t size = message.size() + protocol::kCellHeaderBytes + payload.bytes.size();
         isFull = size > _credits || (count > 0 && size > protocol::kLongestMessage);
         if (isFull)

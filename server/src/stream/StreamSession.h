@@ -5,13 +5,16 @@
 #include "CellCodec.h"
 #include "HeldPayloads.h"
 #include "Protocol.h"
+#include "SharedPayloads.h"
 #include "Stream.h"
 #include "StreamScheduler.h"
 
 #include <isofront/core/Jobs.h>
 #include <isofront/surface/Surface.h>
 
+#include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -39,6 +42,7 @@ public:
         std::shared_ptr<const OpenScene> scene;
         surface::SurfaceOptions surface;
         std::shared_ptr<core::Jobs> jobs;
+        std::shared_ptr<SharedPayloads> payloads;
         StreamScheduler* scheduler = nullptr; ///< null if somebody else calls `advance`
         Metrics* metrics = nullptr;
         std::function<void()> report = {}; ///< called now and then while there is work
@@ -53,8 +57,9 @@ public:
     [[nodiscard]] bool isOver() const override;
 
     StreamScheduler::Outcome advance() override;
-    /// What the surface and the client's payloads take [bytes], about.
-    [[nodiscard]] std::size_t bytes() const;
+    /// What following the client takes [bytes], about, but for the meshes that it sees: those may
+    /// be others' too. Thread: any.
+    [[nodiscard]] std::size_t bytes() const { return _bytes.load(std::memory_order_relaxed); }
 
 private:
     using Clock = std::chrono::steady_clock;
@@ -130,7 +135,6 @@ private:
     std::unordered_map<CellId, Wanted, hierarchy::CellIdHash> _wanted;
     double _wantedIsovalue = 0; ///< [the source's units]
     double _effectiveError = 0;
-    std::size_t _surfaceBytes = 0;
     bool _isChanging = false; ///< the surface hasn't yet answered the latest wish
     bool _isSettled = false;
     bool _isSettledTold = true;
@@ -144,7 +148,7 @@ private:
     std::uint64_t _lackingTriangles = 0;
     struct Encoded {
         CellId id;
-        CellPayload payload;
+        std::shared_ptr<const CellPayload> payload;
     };
     std::optional<Encoded> _encoded; ///< wanted, lacking, and not yet sent
     std::optional<Transaction> _transaction;
@@ -156,6 +160,7 @@ private:
     std::uint64_t _transactions = 0;
     std::uint64_t _acknowledged = 0;
 
+    std::atomic<std::size_t> _bytes = 0;
     bool _isWelcomed = false;
     std::optional<core::Error> _refusal;
     bool _isOver = false;

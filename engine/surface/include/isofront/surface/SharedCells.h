@@ -37,6 +37,8 @@ public:
     struct Stats {
         std::size_t bytes = 0; ///< of the meshes kept here, and of keeping them
         std::size_t cells = 0; ///< kept here
+        /// Of the meshes from here that somebody has, those kept here included, each counted once.
+        std::size_t liveBytes = 0;
         std::uint64_t extracted = 0;
         std::uint64_t shared = 0; ///< asked for and not extracted again
     };
