@@ -35,7 +35,7 @@ FLOORS = {
         "bench",
         [
             "core", "hierarchy", "fields", "volume", "extractor", "surface", "voxels", "exchange",
-            "charts", "gpu", "render",
+            "charts", "gpu", "render", "server",
         ],
     ),
     "server": (

@@ -38,6 +38,11 @@ const std::vector<Suite>& suites()
         {"isovalue", "How soon is another isovalue there?", runIsovalue},
         {"voxel-rays", "How fast do rays find voxels, against triangles?", runVoxelRays},
         {"levels", "At which distance do levels of detail change?", runLevels},
+#ifdef ISOFRONT_WITH_SERVER
+        {"clients",
+         "How many clients does a service keep up to date, and what does each take?",
+         runClients},
+#endif
 #ifdef ISOFRONT_WITH_VULKAN
         {"frames", "What do frames of a flight past voxels cost, in time and memory?", runFrames},
         {"picture", "How long does a picture take, by voxels and by rays?", runPicture},

@@ -8,6 +8,7 @@ namespace isofront::bench {
 
 SuiteResult runAccuracy(const Context& context);
 SuiteResult runBounds(const Context& context);
+SuiteResult runClients(const Context& context);
 SuiteResult runExtract(const Context& context);
 SuiteResult runFrames(const Context& context);
 SuiteResult runGrowth(const Context& context);
