@@ -87,12 +87,13 @@ protected:
     Picture settled(
         const hierarchy::View& view,
         const HybridSettings& how,
-        const render::RendererOptions& with = sourceOptions())
+        const render::RendererOptions& with = sourceOptions(),
+        const render::Scene& looks = look())
     {
         const auto shown = renderer(render::voxelDomain(lattice()), with);
         auto scene = HybridScene::create(*shown, nullptr, _store, jobs(), how);
         EXPECT_TRUE(scene) << scene.error().message;
-        const auto frame = scene->settle(view, look());
+        const auto frame = scene->settle(view, looks);
         EXPECT_TRUE(frame) << frame.error().message;
         return pictureOf(*shown, *frame);
     }
@@ -193,6 +194,34 @@ TEST_F(SourceScenes, haveTheColoursOfTheSource)
     ASSERT_GT(pixels, 5000U);
     EXPECT_LT(difference / (3 * double(pixels)), 6) << "of 255: voxels have the same colours";
     EXPECT_GT(spread / (3 * double(pixels)), 15);
+}
+
+TEST_F(SourceScenes, haveNoBacksIfTheyAreClosed)
+{
+    render::Scene fronts = look();
+    fronts.twoSided = false;
+    render::Scene both = look();
+    both.twoSided = true;
+    const auto rgbaOf = [&](const HybridSettings& how, const render::Scene& looks) {
+        const hierarchy::View inside = lookingAt({0.2, 0, 0}, {1, 0.1, 0}, 64, 48);
+        return settled(inside, how, sourceOptions(), looks).rgba;
+    };
+    const HybridSettings closed = settings(1e-3);
+    const auto plain = rgbaOf(closed, look());
+    EXPECT_EQ(plain, rgbaOf(closed, fronts));
+    EXPECT_NE(plain, rgbaOf(closed, both)) << "who asks for backs gets them";
+
+    // one that is open has backs, and shows them
+    HybridSettings open = settings(1e-3);
+    open.source = [](const std::stop_token&) {
+        voxels::TriangleModel half = _hills;
+        std::erase_if(
+            half.triangles, [&](const auto& corners) { return half.positions[corners[0]].x < 0; });
+        return core::Result<voxels::TriangleModel>(std::move(half));
+    };
+    const auto opened = rgbaOf(open, look());
+    EXPECT_EQ(opened, rgbaOf(open, both));
+    EXPECT_NE(opened, rgbaOf(open, fronts));
 }
 
 TEST_F(SourceScenes, haveNoHolesWhereSourceAndVoxelsMeet)

@@ -180,6 +180,58 @@ TEST(SourceMeshes, ofClosedModelsAreClosedAcrossCellsAndBlocks)
     }
 }
 
+TEST(SourceMeshes, knowWhetherTheyHaveAnInside)
+{
+    const auto isClosed = [](const TriangleModel& model) {
+        const auto source = SourceMesh::create(model, latticeOf(model, 60), 6, {1U, 1U, 1U});
+        EXPECT_TRUE(source) << source.error().message;
+        return source->isClosed();
+    };
+    const auto turned = [](TriangleModel model) {
+        for (auto& corners : model.triangles)
+            std::swap(corners[1], corners[2]);
+        return model;
+    };
+    const auto both = [](TriangleModel one, const TriangleModel& other) {
+        const auto first = static_cast<std::uint32_t>(one.positions.size());
+        one.positions.insert(one.positions.end(), other.positions.begin(), other.positions.end());
+        for (const auto& corners : other.triangles)
+            one.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});
+        return one;
+    };
+    const TriangleModel sphere = tests::hillySphere(20, 1, 0.2);
+    EXPECT_TRUE(isClosed(sphere));
+    EXPECT_FALSE(isClosed(turned(sphere)));
+    const TriangleModel beside = tests::hillySphere(20, 1, 0.2, {5, 0, 0});
+    EXPECT_TRUE(isClosed(both(sphere, beside)));
+    EXPECT_FALSE(isClosed(both(sphere, turned(beside)))) << "one part shows its inside";
+
+    TriangleModel soup; // no two triangles share a position by its number
+    for (const auto& corners : sphere.triangles) {
+        const auto first = static_cast<std::uint32_t>(soup.positions.size());
+        for (const std::uint32_t corner : corners)
+            soup.positions.push_back(sphere.positions[corner]);
+        soup.triangles.push_back({first, first + 1, first + 2});
+    }
+    EXPECT_TRUE(isClosed(soup));
+    soup.triangles.push_back({0, 0, 1});
+    EXPECT_TRUE(isClosed(soup)) << "without area";
+
+    auto random = tests::random(12);
+    for (int trial = 0; trial < 10; ++trial) {
+        TriangleModel open = sphere;
+        const std::size_t any = random() % open.triangles.size();
+        open.triangles.erase(open.triangles.begin() + static_cast<std::ptrdiff_t>(any));
+        EXPECT_FALSE(isClosed(open)) << any;
+        TriangleModel flipped = sphere;
+        std::swap(flipped.triangles[any][0], flipped.triangles[any][1]);
+        EXPECT_FALSE(isClosed(flipped)) << any;
+    }
+    TriangleModel damaged = sphere;
+    damaged.triangles.push_back({0, 1, 1000000});
+    EXPECT_FALSE(isClosed(damaged));
+}
+
 TEST(SourceMeshes, enclosePracticallyTheSameVolume)
 {
     const TriangleModel sphere = tests::hillySphere(30, 3, 0.4);

@@ -64,6 +64,7 @@ struct HybridScene::Parts {
     VoxelScene lastVoxels;     ///< its draws are the streamer's, until the next frame
     float lastWeight = 1;
 
+    [[nodiscard]] Scene shownScene(const Scene& scene, float weight) const;
     void setReach(const hierarchy::View& view);
     core::Result<UploadStats> apply(const surface::Delta& delta);
     /// Brings what the view needs of the source.
@@ -168,6 +169,16 @@ const HandOver* HybridScene::handOver() const
     return _parts->handOver ? &*_parts->handOver : nullptr;
 }
 
+/// The scene as it is drawn. Of a closed source no backs are: where it folds away from the eye they
+/// share an edge with fronts, and would win single pixels of it.
+Scene HybridScene::Parts::shownScene(const Scene& scene, float weight) const
+{
+    Scene shown = faded(scene, weight);
+    if (source && source->isClosed() && !shown.twoSided)
+        shown.twoSided = false;
+    return shown;
+}
+
 void HybridScene::Parts::setReach(const hierarchy::View& view)
 {
     if (!handOver || surface == nullptr || !view.isValid())
@@ -263,7 +274,7 @@ core::Result<void> HybridScene::Parts::show(
     }
     if (handOver && weight >= 1)
         handOver->end();
-    const Scene shown = faded(scene, weight);
+    const Scene shown = shownScene(scene, weight);
     VoxelScene voxels;
     voxels.way = settings.way;
     frame.isComplete = true;
@@ -367,7 +378,7 @@ HybridScene::frame(const hierarchy::View& view, const Scene& scene, double secon
 
 core::Result<FrameStats> HybridScene::redraw(const hierarchy::View& view, const Scene& scene)
 {
-    const Scene shown = faded(scene, _parts->lastWeight);
+    const Scene shown = _parts->shownScene(scene, _parts->lastWeight);
     auto drawn = _parts->renderer->draw(view, shown, _parts->lastVoxels);
     if (!drawn)
         return drawn;

@@ -184,6 +184,7 @@ void SourceStream::take()
     if (_opened) {
         if (*_opened) {
             _mesh = **_opened;
+            _isClosed = _mesh->isClosed();
             for (std::size_t block = 0; block < _states.size(); ++block)
                 if (_mesh->trianglesNear(placeOf(block)) == 0)
                     _states[block] = SourceState::nothing;

@@ -66,6 +66,8 @@ public:
     /// Why there is no source, once.
     std::optional<core::Error> takeError();
 
+    /// Whether nobody outside sees the back of what is shown: SourceMesh::isClosed.
+    [[nodiscard]] bool isClosed() const { return _isClosed; }
     [[nodiscard]] std::uint64_t bytes() const { return _bytes; } ///< on the device
     [[nodiscard]] std::size_t hostBytes() const;
     [[nodiscard]] bool isFull() const { return _isFull; } ///< a view needs more than there is room
@@ -108,6 +110,7 @@ private:
     std::uint64_t _limit; ///< of the bytes; less after a refusal
     bool _isComplete = true;
     bool _isFull = false;
+    bool _isClosed = false;
     std::optional<core::Error> _error;
     bool _hasFailed = false;
     bool _isOpening = false;

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -220,6 +221,7 @@ struct SourceMesh::Parts {
     glm::uvec3 blocks{1U, 1U, 1U};
     /// Along which everything is cut. One for all: an edge must be cut alike on both its sides.
     std::int64_t step = kCellSteps;
+    bool isClosed = false;
 
     Parts(TriangleModel of, const VoxelLattice& where)
         : model(std::move(of)), lattice(onLattice(model, where)), weld(welded(lattice.points))
@@ -246,6 +248,8 @@ struct SourceMesh::Parts {
         return std::int64_t{kSourceSteps} << blockBits;
     }
     void sort();
+    [[nodiscard]] bool hasOpenEdges() const;
+    [[nodiscard]] bool encloses() const;
     [[nodiscard]] std::array<glm::dvec3, 3> normalsOf(std::uint32_t triangle) const;
     void addTriangle(
         std::uint32_t triangle,
@@ -289,6 +293,58 @@ void SourceMesh::Parts::sort()
                             add(indexOf(glm::uvec3(x, y, z)), i);
         }
     });
+}
+
+/// Whether some edge has more triangles on one side than on the other.
+bool SourceMesh::Parts::hasOpenEdges() const
+{
+    // of edges that leave `a` for `b`, less those that come from there
+    const auto balance = [&](std::uint32_t a, std::uint32_t b) {
+        int sum = 0;
+        for (const std::uint32_t other : around[a]) {
+            const auto& corners = model.triangles[other];
+            for (std::size_t i = 0; i < 3; ++i) {
+                const std::uint32_t from = weld[corners[i]];
+                const std::uint32_t to = weld[corners[(i + 1) % 3]];
+                sum += (from == a && to == b ? 1 : 0) - (from == b && to == a ? 1 : 0);
+            }
+        }
+        return sum;
+    };
+    for (const auto& corners : model.triangles)
+        for (std::size_t i = 0; i < 3; ++i) {
+            const std::uint32_t a = weld[corners[i]];
+            const std::uint32_t b = weld[corners[(i + 1) % 3]];
+            if (a != b && balance(a, b) != 0)
+                return true;
+        }
+    return false;
+}
+
+/// Whether each part that hangs together has its inside where its triangles say.
+bool SourceMesh::Parts::encloses() const
+{
+    List first(model.positions.size());
+    std::iota(first.begin(), first.end(), 0U);
+    const auto partOf = [&](std::uint32_t corner) {
+        std::uint32_t at = weld[corner];
+        while (first[at] != at)
+            at = first[at] = first[first[at]];
+        return at;
+    };
+    for (const auto& corners : model.triangles)
+        for (const std::uint32_t corner : corners)
+            first[partOf(corner)] = partOf(corners[0]);
+    std::vector<double> volumes(model.positions.size(), 0);
+    for (std::uint32_t i = 0; i < model.triangles.size(); ++i) {
+        const std::uint32_t part = partOf(model.triangles[i][0]);
+        const auto& middle = lattice.points[part];
+        const LatticeTriangle triangle = lattice.triangle(i);
+        const glm::dvec3 corner =
+            vectorOf(triangle[0]) - glm::dvec3(middle[0], middle[1], middle[2]);
+        volumes[part] += glm::dot(corner, areaOf(triangle));
+    }
+    return std::ranges::none_of(volumes, [](double volume) { return volume < 0; });
 }
 
 /// At its corners; of length 1.
@@ -381,6 +437,10 @@ core::Result<SourceMesh> SourceMesh::create(
             parts->model.textureOf, [](std::uint32_t texture) { return texture != kNoTexture; }))
         parts->step = std::int64_t{kSourceSteps};
     parts->sort();
+    bool areAllUsable = true;
+    for (std::uint32_t i = 0; i < parts->model.triangles.size(); ++i)
+        areAllUsable = areAllUsable && parts->isUsable(i);
+    parts->isClosed = areAllUsable && !parts->hasOpenEdges() && parts->encloses();
     return SourceMesh(std::move(parts));
 }
 
@@ -407,6 +467,11 @@ std::size_t SourceMesh::trianglesNear(const glm::uvec3& block) const
 std::size_t SourceMesh::triangles() const
 {
     return _parts->model.triangles.size();
+}
+
+bool SourceMesh::isClosed() const
+{
+    return _parts->isClosed;
 }
 
 bool SourceMesh::isColoured() const

@@ -76,6 +76,10 @@ public:
     /// Triangles that may meet a block: if there are none, nothing is cut from it.
     [[nodiscard]] std::size_t trianglesNear(const glm::uvec3& block) const;
     [[nodiscard]] std::size_t triangles() const; ///< of the model
+    /// Whether its triangles have an inside that can't be seen from outside: every edge has as many
+    /// of them on either side, and each part that hangs together has its inside where they say. One
+    /// with bubbles inside doesn't count as such.
+    [[nodiscard]] bool isClosed() const;
     [[nodiscard]] bool isColoured() const;
     [[nodiscard]] std::size_t bytes() const; ///< on the host, nearly
 
