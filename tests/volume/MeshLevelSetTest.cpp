@@ -262,6 +262,62 @@ TEST(MeshLevelSet, canBeAShell)
     }
 }
 
+TEST(MeshLevelSet, asAShellIsFoundHoweverItIsFiltered)
+{
+    const Mesh plate{{{0, 0, 0}, {8, 0, 3}, {8, 8, 5}, {0, 8, 2}}, {{{0, 1, 2}}, {{0, 2, 3}}}};
+    const auto volume =
+        levelSetOf(plate.view(), {.resolution = 64, .reach = 2.0, .isSolid = false});
+    ASSERT_TRUE(volume) << volume.error().message;
+    const double voxel = 8.0 / 64;
+    auto random = tests::random(5);
+    for (const double radius : {0.0, 0.5, 0.8, 1.5, 3.0, 4.5}) {
+        for (int i = 0; i < 200; ++i) {
+            // away from the edges, where there is more air around
+            const double s = 0.2 + 0.6 * unit(random);
+            const double t = 0.2 + 0.6 * unit(random);
+            const glm::dvec3 place = (1 - t) * plate.positions[0] +
+                                     t * ((1 - s) * plate.positions[1] + s * plate.positions[2]);
+            const glm::dvec3 index = (place - volume->worldFromIndex.translation) / voxel;
+            const auto valueFrom = [&](const glm::dvec3& at) {
+                float value = 0;
+                volume->field->sample(
+                    {{&at.x, 1}, {&at.y, 1}, {&at.z, 1}, {&radius, 1}}, {&value, 1});
+                return double{value};
+            };
+            // to the nearest point of a lattice with twice the radius between its planes
+            const double needed = std::min(std::sqrt(3.0) * radius, 0.63);
+            EXPECT_GE(valueFrom(index), needed * voxel) << radius;
+            // no thicker than that and the lattice's step
+            EXPECT_LT(valueFrom(index + glm::dvec3(0, 0, 4 + 4 * radius)), 0) << radius;
+        }
+    }
+    for (int i = 0; i < 300; ++i) {
+        const auto place = [&] {
+            return volume->dataBox.low + unitPlace(random) * volume->dataBox.size();
+        };
+        const glm::dvec3 a = place();
+        core::Box box;
+        box.include(a);
+        box.include(glm::mix(a, place(), 0.1));
+        const double low = 4 * unit(random);
+        const double radius = low + unit(random);
+        const core::Interval bounds = volume->field->bounds(box, {low, radius + 1});
+        float value = 0;
+        volume->field->sample({{&a.x, 1}, {&a.y, 1}, {&a.z, 1}, {&radius, 1}}, {&value, 1});
+        EXPECT_LE(bounds.low, double{value});
+        EXPECT_GE(bounds.high, double{value});
+    }
+    // nothing is solid away from it, however large the filter
+    const core::Interval corner = volume->field->bounds(
+        {volume->dataBox.low, volume->dataBox.low}, {0, std::numeric_limits<double>::infinity()});
+    EXPECT_LT(corner.low, 0);
+    const double infinite = std::numeric_limits<double>::infinity();
+    const glm::dvec3 far = volume->dataBox.low;
+    float value = 0;
+    volume->field->sample({{&far.x, 1}, {&far.y, 1}, {&far.z, 1}, {&infinite, 1}}, {&value, 1});
+    EXPECT_LT(value, 0);
+}
+
 TEST(MeshLevelSet, becomesAShellWhereNothingIsEnclosed)
 {
     // two squares, back to back and closed around

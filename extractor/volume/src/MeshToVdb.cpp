@@ -1,6 +1,7 @@
 #include "Assembly.h"
 #include "GridField.h"
 #include "MeshLevelSet.h"
+#include "ShellField.h"
 #include "ValueStatistics.h"
 
 #include <openvdb/math/Proximity.h>
@@ -319,6 +320,9 @@ levelSetThroughOpenVdb(const IndexedMesh& mesh, double reach, const LevelSetOpti
     auto field = std::make_shared<const detail::GridField<FloatGrid>>(grid, -1.0, box);
     info.memoryBytes = field->memoryBytes();
     volume.field = std::move(field);
+    if (!isSolid) // and outside stays outside
+        volume.field =
+            std::make_shared<const detail::ShellField>(volume.field, mesh.voxel, 0.5 * reach);
     if (options.stop.stop_requested())
         return stopped();
     return volume;

@@ -46,8 +46,8 @@ struct LevelSetOptions {
 /// doesn't matter, overlapping parts become one, cavities are filled, gaps narrower than a voxel
 /// are closed, and parts thinner than a voxel may be missed. Through a wider gap the outside
 /// enters; so a mesh with open edges should be asked for as a shell: solid within 1.5 voxels of its
-/// triangles, without holes. A mesh that encloses nothing that a voxel could hold becomes a shell,
-/// too, and a note says so.
+/// triangles, without holes, and thicker where it is filtered, so that it is seen from afar. A mesh
+/// that encloses nothing that a voxel could hold becomes a shell, too, and a note says so.
 ///
 /// A voxel's value is the distance from it to the nearest triangle, as near as a float holds it;
 /// near the reach, where nearest triangles are handed on from voxel to voxel, it can be a little
