@@ -44,6 +44,10 @@ core::Result<ShownSource> sourceOf(
     ShownSource source;
     source.file = choice.file.empty() ? voxels::placeOfSource(*kept, path)
                                       : std::filesystem::path(choice.file);
+    // what was named must be it; what lies where it was is only hoped for
+    if (!choice.file.empty())
+        if (const auto sound = voxels::checkSource(*kept, source.file); !sound)
+            return core::failure(sound.error().code, "--source " + sound.error().message);
     source.read = [kept = *kept, file = source.file, memoryLimit](
                       const std::stop_token& stop) -> core::Result<voxels::TriangleModel> {
         if (const auto sound = voxels::checkSource(kept, file, stop); !sound)

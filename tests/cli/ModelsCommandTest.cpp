@@ -482,7 +482,13 @@ TEST_F(ModelsCommand, showTheMeshThatAModelWasMadeFromCloseUp)
     EXPECT_EQ(contentsOf(folder / "moved.png"), contentsOf(folder / "near.png"));
 
     write("moved/t.obj", std::string(kTetrahedron) + "# another\n");
-    const Outcome changed = run(picture + "changed.png --source moved/t.obj --json");
+    // one that was named is not left out in silence
+    expectFailure(
+        "render t.voxels --source moved/t.obj -o a.png", 3, {"--source moved/t.obj", "changed"});
+    expectFailure("render t.voxels --source nope.obj -o a.png", 4, {"--source nope.obj"});
+    fs::create_directory(folder / "meshes");
+    fs::copy_file(folder / "moved/t.obj", folder / "meshes/t.obj");
+    const Outcome changed = run(picture + "changed.png --json");
     EXPECT_EQ(changed.exitCode, 0) << changed.errors;
     EXPECT_NE(changed.errors.find("changed"), std::string::npos) << changed.errors;
     EXPECT_EQ(contentsOf(folder / "changed.png"), contentsOf(folder / "voxels.png"));
