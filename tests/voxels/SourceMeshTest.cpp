@@ -292,6 +292,13 @@ TEST(SourceMeshes, haveNormalsWhereVeryManyTrianglesMeet)
     for (const CutModel cut = cutAll(cone, 60, 5); const SourceCell& cell : cut.cells)
         for (const SourceVertex& vertex : cell.vertices)
             ASSERT_GT(glm::normalize(unpackNormal(vertex.normal)).z, 0.9);
+    // nor is each asked whether it closes what each of the others opens
+    cone.positions.emplace_back(0, 0, -0.1);
+    for (std::uint32_t i = 0; i < kMany; ++i)
+        cone.triangles.push_back({kMany + 1, 1 + (i + 1) % kMany, 1 + i});
+    const auto source = SourceMesh::create(cone, latticeOf(cone, 60), 6, {1U, 1U, 1U});
+    ASSERT_TRUE(source);
+    EXPECT_TRUE(source->isClosed());
 }
 
 TEST(SourceMeshes, carryColoursToTheirCuts)

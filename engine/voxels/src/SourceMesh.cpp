@@ -33,6 +33,8 @@ constexpr double kColourArea = 0.5;
 /// Triangles before and after one around a corner that are asked for their normals: where very many
 /// meet, to ask all of them for each would take the square of their number.
 constexpr std::ptrdiff_t kMostAround = 64;
+/// Triangles around either end of an edge, above which it counts as open, for the same reason.
+constexpr std::size_t kMostAtEdge = 256;
 /// From the lattice's origin, along each axis [voxels]; what is farther away has no place on it.
 constexpr double kFarthest = 2.0 * kMaxResolution;
 static_assert(kFarthest * static_cast<double>(kSteps) < 1 << 30);
@@ -315,7 +317,11 @@ bool SourceMesh::Parts::hasOpenEdges() const
         for (std::size_t i = 0; i < 3; ++i) {
             const std::uint32_t a = weld[corners[i]];
             const std::uint32_t b = weld[corners[(i + 1) % 3]];
-            if (a != b && balance(a, b) != 0)
+            const bool isFewer = around[a].size() < around[b].size();
+            if (a == b)
+                continue;
+            if (std::min(around[a].size(), around[b].size()) > kMostAtEdge ||
+                balance(isFewer ? a : b, isFewer ? b : a) != 0)
                 return true;
         }
     return false;
