@@ -6,12 +6,15 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace isofront::cli {
@@ -24,6 +27,17 @@ struct ServeArguments {
     std::vector<std::string> values; ///< in the order of the table of settings
     std::vector<const CLI::Option*> options;
 };
+
+/// Where the build and the installation put the web client; empty if it isn't there.
+std::filesystem::path builtViewer()
+{
+    std::error_code ignored;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+    std::filesystem::path folder =
+        program.parent_path().parent_path() / "share" / "isofront" / "viewer";
+    return std::filesystem::exists(folder / "index.html", ignored) ? folder
+                                                                   : std::filesystem::path();
+}
 
 /// Of the file, the environment and the command line, in this order: the last one wins.
 core::Result<server::SettingsInForce> settingsOf(const ServeArguments& arguments)
@@ -49,7 +63,12 @@ core::Result<server::SettingsInForce> settingsOf(const ServeArguments& arguments
                 {std::string(table[i].name),
                  arguments.values[i],
                  "--" + std::string(table[i].name)});
-    return server::settingsFrom(given);
+    auto inForce = server::settingsFrom(given);
+    const auto isViewerGiven = std::ranges::any_of(
+        given, [](const server::GivenSetting& setting) { return setting.name == "viewer"; });
+    if (inForce && !isViewerGiven)
+        inForce->settings.viewer = builtViewer();
+    return inForce;
 }
 
 /// A file that would lead to the same settings.

@@ -4,6 +4,7 @@
 #include "api/ScenesApi.h"
 #include "api/StreamApi.h"
 #include "api/SystemApi.h"
+#include "api/ViewerApi.h"
 #include "http/HttpServer.h"
 #include "scenes/SceneRegistry.h"
 #include "stream/StreamHub.h"
@@ -132,6 +133,13 @@ core::Result<std::unique_ptr<Server>> Server::start(const Settings& settings)
                 core::ErrorCode::inputOutput,
                 std::string(name) + ": " + folder->string() + ": there is no such folder");
     }
+    ViewerFiles viewer;
+    if (!settings.viewer.empty()) {
+        auto files = ViewerFiles::read(settings.viewer);
+        if (!files)
+            return tl::unexpected(files.error());
+        viewer = std::move(*files);
+    }
     auto data = DataFolder::take(settings.data);
     if (!data)
         return tl::unexpected(data.error());
@@ -147,6 +155,7 @@ core::Result<std::unique_ptr<Server>> Server::start(const Settings& settings)
     parts->service.add(systemApi(parts->service));
     parts->service.add(scenesApi(*parts->scenes, settings));
     parts->service.add(streamApi(*parts->scenes, parts->streams));
+    parts->service.add(viewerApi(std::move(viewer)));
     auto http = HttpServer::start(parts->service, *uploads);
     if (!http)
         return tl::unexpected(http.error());

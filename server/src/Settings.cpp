@@ -217,7 +217,7 @@ const std::array kTable{
         },
         [](const Settings& settings) { return settings.data.string(); }},
     path<&Settings::sources>("sources", "DIR", "folder of files that scenes may be made of by name"),
-    path<&Settings::viewer>("viewer", "DIR", "folder of the web client"),
+    path<&Settings::viewer>("viewer", "DIR", "folder of the web client; by default the one that was built with the program"),
     path<&Settings::tokens>("tokens", "FILE", "bearer tokens, one a line: scopes, name, token"),
     Setting{
         "anonymous", "SCOPE,...", "what is allowed without a token: read, write, admin",
