@@ -9,7 +9,13 @@ import { fileURLToPath } from 'node:url';
 export const ROOT = join(dirname(fileURLToPath(import.meta.url)), '../..');
 const { chromium } = createRequire(join(ROOT, 'viewer/package.json'))('playwright-core');
 
-export const CHROMIUM = ['/usr/bin/chromium', '/usr/bin/chromium-browser'].find(existsSync);
+export const CHROMIUM = [
+  process.env.ISOFRONT_CHROMIUM ?? '',
+  '/usr/bin/chromium',
+  '/usr/bin/chromium-browser',
+].find(existsSync);
+/** For what ought to take seconds; the machine may be busy. */
+export const PATIENCE = 240_000;
 
 /** Starts the service on a port and with a folder of its own. */
 export async function startService(program, { sources, options = [] }) {
@@ -25,16 +31,13 @@ export async function startService(program, { sources, options = [] }) {
     });
     service.on('exit', (code) => failed(new Error(`the service ended with ${code}: ${told}`)));
   });
+  const ended = new Promise((done) => service.on('exit', done));
   return {
     address,
     process: service,
-    told: () => told,
     async stop() {
-      const ended = new Promise((done) => service.on('exit', done));
-      if (service.exitCode === null) {
-        service.kill('SIGTERM');
-        await ended;
-      }
+      service.kill('SIGTERM');
+      await ended;
       rmSync(data, { recursive: true, force: true });
     },
   };
@@ -71,7 +74,11 @@ const DEVICES = [['--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklis
 /** A browser that has WebGL 2. */
 export async function openBrowser() {
   for (const device of DEVICES) {
-    const browser = await chromium.launch({ executablePath: CHROMIUM, args: [...QUIET, ...device] });
+    const browser = await chromium.launch({
+      executablePath: CHROMIUM,
+      args: [...QUIET, ...device],
+      timeout: PATIENCE,
+    });
     const page = await browser.newPage();
     const isGood = await page.evaluate(
       () => document.createElement('canvas').getContext('webgl2') !== null,
@@ -84,10 +91,10 @@ export async function openBrowser() {
 }
 
 /** Waits until all that the page wants is on show. */
-export function settled(page, timeout = 60_000) {
+export function settled(page) {
   return page.waitForFunction(
     () => document.getElementById('app')?.dataset.settled === 'true',
     undefined,
-    { timeout, polling: 20 },
+    { timeout: PATIENCE, polling: 20 },
   );
 }
