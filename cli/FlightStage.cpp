@@ -294,6 +294,8 @@ core::Result<FlightStage> stageOfModel(const FlyArguments& arguments, const Pict
     others.emplace_back("voxel_pixels", brief(arguments.voxelPixels));
     others.emplace_back("way", arguments.way);
     others.emplace_back("source", options.hasSource ? source->file.string() : "none");
+    if (options.hasSource)
+        stage.sourceFile = source->file;
     others.emplace_back("cache_mib", std::to_string(arguments.cacheMib));
     return stage;
 }

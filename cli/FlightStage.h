@@ -12,6 +12,7 @@
 #include <isofront/surface/Surface.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -28,6 +29,8 @@ struct FlightStage {
     std::unique_ptr<surface::Surface> surface; ///< null for a model of voxels
     std::optional<render::HybridScene> scene;  ///< with a value
     std::vector<hierarchy::View> views;        ///< one for each frame
+    /// The mesh that a model was made from, where it is to be shown.
+    std::optional<std::filesystem::path> sourceFile;
     double voxelPixels = 0; ///< of the largest voxel, as it was asked for [px]; 0 without voxels
     std::uint64_t cacheBytes = 0; ///< for voxels on the device
     FlightSettings settings;      ///< for the report

@@ -23,6 +23,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <system_error>
 
 namespace isofront::cli {
@@ -141,7 +142,7 @@ private:
         if (!settled)
             return tooLarge(settled.error());
         tellDamage(settled->damaged);
-        tellSource(*settled);
+        noteSource(*settled);
         if (auto drawn = _stage->scene->frame(_stage->views.front(), _stage->studio.scene, -1.0);
             !drawn)
             return drawn.error();
@@ -163,7 +164,7 @@ private:
         if (!drawn)
             return tooLarge(drawn.error());
         tellDamage(drawn->damaged);
-        tellSource(*drawn);
+        noteSource(*drawn);
         FrameRecord record;
         record.updateMilliseconds = drawn->surfaceMilliseconds;
         record.cpuMilliseconds = millisecondsSince(start);
@@ -188,6 +189,8 @@ private:
         record.voxelBlocks = drawn->voxelBlocks;
         record.effectiveVoxelPixels = drawn->voxelPixels;
         record.residentBytes = residentBytes();
+        record.meshBytes = record.sourceBytes = drawn->sourceBytes;
+        record.sourceHostBytes = drawn->sourceHostBytes;
         record.eye = view.eye;
         if (_stage->surface)
             recordSurface(record);
@@ -298,6 +301,7 @@ private:
             json["mean_voxels"] = summary.meanVoxels;
             json["effective_voxel_pixels_max"] = summary.maxEffectiveVoxelPixels;
             json["chunks_damaged"] = _damaged;
+            json["source"] = sourceJson(summary);
             print(json);
             return;
         }
@@ -337,13 +341,30 @@ private:
             _progress.say("warning: " + error.message + "; coarser voxels are shown in its place");
     }
 
-    /// Once.
-    void tellSource(const render::HybridFrame& frame)
+    /// What is to be said of the model's source is said once.
+    void noteSource(const render::HybridFrame& frame)
     {
+        _sourceIsFull = _sourceIsFull || frame.sourceIsFull;
+        if (frame.sourceError)
+            _sourceError = frame.sourceError->message;
         const std::string note = _hasToldSource ? std::string() : sourceNote(frame);
         _hasToldSource = _hasToldSource || !note.empty();
         if (!note.empty())
             _progress.say(note);
+    }
+
+    /// Like that of a picture, of the whole flight.
+    [[nodiscard]] nlohmann::ordered_json sourceJson(const FlightSummary& summary) const
+    {
+        if (!_stage->sourceFile)
+            return nullptr;
+        nlohmann::ordered_json json;
+        json["file"] = _stage->sourceFile->string();
+        json["bytes_max"] = summary.maxSourceBytes;
+        json["host_bytes_max"] = summary.maxSourceHostBytes;
+        json["is_full"] = _sourceIsFull;
+        json["error"] = _sourceError ? nlohmann::ordered_json(*_sourceError) : nullptr;
+        return json;
     }
 
     [[nodiscard]] core::Error tooLarge(const core::Error& error) const
@@ -369,6 +390,8 @@ private:
     surface::SurfaceStats _before;
     std::size_t _damaged = 0; ///< chunks that couldn't be read
     bool _hasToldSource = false;
+    bool _sourceIsFull = false; ///< not all that a view needed of it had room
+    std::optional<std::string> _sourceError;
     FlightReport _report;
 };
 

@@ -78,6 +78,8 @@ FlightSummary summarised(std::span<const FrameRecord> frames)
         summary.maxMeshBytes = std::max(summary.maxMeshBytes, frame.meshBytes);
         summary.maxCacheBytes = std::max(summary.maxCacheBytes, frame.cacheBytes);
         summary.maxFadingBytes = std::max(summary.maxFadingBytes, frame.fadingBytes);
+        summary.maxSourceBytes = std::max(summary.maxSourceBytes, frame.sourceBytes);
+        summary.maxSourceHostBytes = std::max(summary.maxSourceHostBytes, frame.sourceHostBytes);
         summary.maxDeviceBytes = std::max(summary.maxDeviceBytes, frame.deviceBytes);
         summary.maxResidentBytes = std::max(summary.maxResidentBytes, frame.residentBytes);
     }

@@ -38,6 +38,10 @@ struct FrameRecord {
     std::uint64_t meshBlocks = 0;    ///< parts of space with a surface that meshes show ...
     std::uint64_t voxelBlocks = 0;   ///< ... and that voxels show
 
+    // Where a model's source, the mesh that it was made from, is shown close up; otherwise 0:
+    std::uint64_t sourceBytes = 0;     ///< of its triangles on the device
+    std::uint64_t sourceHostBytes = 0; ///< and on the host, nearly
+
     /// What the ceilings of the surface left of the error asked for [px]; 0 if nobody told.
     double effectivePixelError = 0;
     /// What the nearest voxels may cover, as far as their cache lets them be so small [px]; 0
@@ -45,7 +49,7 @@ struct FrameRecord {
     double effectiveVoxelPixels = 0;
 
     std::uint64_t uploadedBytes = 0; ///< to the device, for this frame
-    std::uint64_t meshBytes = 0;     ///< of the shown cells' meshes
+    std::uint64_t meshBytes = 0;     ///< of the shown cells' meshes, or of a model's source
     std::uint64_t cacheBytes = 0;    ///< of meshes kept for later
     std::uint64_t fadingBytes = 0;   ///< of meshes that are shown no longer, but for those fading
     std::uint64_t deviceBytes = 0;   ///< allocated on the device
@@ -105,7 +109,7 @@ struct FlightSummary {
     std::uint64_t uploadedBytes = 0;                                        ///< in all
     std::uint64_t maxUploadedBytes = 0;                                     ///< in a frame
     std::uint64_t maxMeshBytes = 0, maxCacheBytes = 0, maxDeviceBytes = 0, maxResidentBytes = 0,
-                  maxFadingBytes = 0;
+                  maxFadingBytes = 0, maxSourceBytes = 0, maxSourceHostBytes = 0;
 };
 
 FlightSummary summarised(std::span<const FrameRecord> frames);

@@ -81,7 +81,9 @@ Json summaryJson(const FlightSummary& summary, std::size_t frames)
         {"voxels_mean", number(summary.meanVoxels)},
         {"voxels_max", summary.maxVoxels},
         {"missing_chunks_max", summary.maxMissingChunks},
-        {"voxel_bytes_max", summary.maxVoxelBytes}};
+        {"voxel_bytes_max", summary.maxVoxelBytes},
+        {"source_bytes_max", summary.maxSourceBytes},
+        {"source_host_bytes_max", summary.maxSourceHostBytes}};
 }
 
 Json frameJson(const FrameRecord& frame)
@@ -113,6 +115,8 @@ Json frameJson(const FrameRecord& frame)
         {"voxel_chunks", frame.voxelChunks},
         {"missing_chunks", frame.missingChunks},
         {"voxel_bytes", frame.voxelBytes},
+        {"source_bytes", frame.sourceBytes},
+        {"source_host_bytes", frame.sourceHostBytes},
         {"mesh_blocks", frame.meshBlocks},
         {"voxel_blocks", frame.voxelBlocks},
         {"eye", {number(frame.eye.x), number(frame.eye.y), number(frame.eye.z)}}};

@@ -468,6 +468,25 @@ TEST_F(ModelsCommand, showTheMeshThatAModelWasMadeFromCloseUp)
     EXPECT_EQ(without["source"], nullptr);
     EXPECT_GT(without["voxels_drawn"], 100);
     EXPECT_NE(contentsOf(folder / "near.png"), contentsOf(folder / "voxels.png"));
+    const Json flown = json("fly t.voxels --frames 2 --size 160x120 --out f");
+    EXPECT_EQ(flown["source"]["file"], near["source"]["file"]);
+    EXPECT_EQ(flown["source"]["error"], nullptr);
+    const Json record = Json::parse(contentsOf(folder / "f" / "report.json"));
+    std::uint64_t most = 0;
+    std::uint64_t mostOnHost = 0;
+    for (const Json& frame : record["frames"]) {
+        EXPECT_GT(frame["source_bytes"], 100);
+        EXPECT_EQ(frame["mesh_bytes"], frame["source_bytes"]);
+        most = std::max<std::uint64_t>(most, frame["source_bytes"]);
+        mostOnHost = std::max<std::uint64_t>(mostOnHost, frame["source_host_bytes"]);
+    }
+    EXPECT_EQ(flown["source"]["bytes_max"], most);
+    EXPECT_EQ(flown["source"]["host_bytes_max"], mostOnHost);
+    EXPECT_EQ(record["summary"]["source_bytes_max"], most);
+    EXPECT_EQ(record["summary"]["source_host_bytes_max"], mostOnHost);
+    EXPECT_GT(mostOnHost, 0);
+    const Json bare = json("fly t.voxels --frames 1 --size 160x120 --no-source --out bare");
+    EXPECT_EQ(bare["source"], nullptr);
     // voxels that are fine enough need no source
     EXPECT_EQ(json(picture + "far.png --voxel-pixels 1000")["source"]["triangles_drawn"], 0);
 
