@@ -2,7 +2,7 @@
 // usage: node browser.mjs PROGRAM DATA
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { covered, overlap, Pictures } from './pictures.mjs';
@@ -24,7 +24,7 @@ const scan = existsSync(join(real, 'engine_256x256x128_u8.nrrd'))
   : { folder: join(data, 'volumes'), file: 'fuel_68x68x68_u8.nrrd', isovalue: 20, other: 60 };
 
 const folder = mkdtempSync(join(tmpdir(), 'isofront-pictures-'));
-const service = await startService(program, { sources: scan.folder });
+let service = await startService(program, { sources: scan.folder });
 const browser = await openBrowser();
 const pictures = await Pictures.in(browser);
 const complaints = [];
@@ -224,12 +224,61 @@ try {
 
   await step('when the service is gone the surface stays, and it is said', async () => {
     const before = await triangles(page);
-    service.process.kill('SIGKILL');
+    await service.kill();
     await page.getByText('The service is not there').waitFor();
     assert.equal(await triangles(page), before);
+  });
+
+  await step('when it is there again the stream goes on by itself', async () => {
+    service = await startService(program, { sources: scan.folder, after: service });
+    await settled(page);
+    await page.locator('.status').waitFor({ state: 'hidden' });
+    const field = page.locator('input.value');
+    await field.fill(String(scan.isovalue));
+    await field.press('Enter');
+    await settled(page);
+    assert.equal(await isovalueOf(page), scan.isovalue);
+  });
+
+  await step('who needs a token is asked for it', async () => {
+    await service.stop();
+    const tokens = join(folder, 'tokens');
+    writeFileSync(tokens, 'read anna 2c7e0d1f6b9a4835\n', { mode: 0o600 });
+    service = await startService(program, {
+      sources: scan.folder,
+      options: ['--tokens', tokens],
+      after: service,
+    });
+    const guest = await browser.newPage();
+    guest.setDefaultTimeout(PATIENCE);
+    await guest.goto(`${service.address}#scene=${scene.id}&error=8`);
+    await guest.getByLabel('Token').fill('wrong');
+    await guest.getByRole('button', { name: 'Use it' }).click();
+    await guest.getByText('The token is not known').waitFor();
+    await guest.getByLabel('Token').fill('2c7e0d1f6b9a4835');
+    await guest.getByRole('button', { name: 'Use it' }).click();
+    await settled(guest);
+    assert.ok((await triangles(guest)) > 0);
+    assert.ok(!guest.url().includes('2c7e'));
+    await guest.close();
+  });
+
+  await step('what can not be shown is explained', async () => {
+    const lost = await browser.newPage();
+    lost.setDefaultTimeout(PATIENCE);
+    await lost.addInitScript(() => sessionStorage.setItem('isofront-token', '2c7e0d1f6b9a4835'));
+    await lost.goto(`${service.address}#scene=0123456789abcdef0123456789abcdef`);
+    await lost.getByText("There is no scene '0123").waitFor();
+    await lost.addInitScript(() => {
+      HTMLCanvasElement.prototype.getContext = () => null;
+    });
+    await lost.reload();
+    await lost.getByText('This browser has no WebGL 2').waitFor();
+    await lost.close();
   });
 } finally {
   await browser.close();
   await service.stop();
+  rmSync(service.data, { recursive: true, force: true });
   rmSync(folder, { recursive: true, force: true });
 }

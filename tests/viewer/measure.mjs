@@ -1,6 +1,7 @@
 // How long people wait: from opening the page to the first complete surface, and from a move of the isovalue to
 // the complete surface.
 // usage: node tests/viewer/measure.mjs PROGRAM VOLUME [MOVES [PIXEL_ERROR]]
+import { rmSync } from 'node:fs';
 import { basename, dirname } from 'node:path';
 import { makeScene, openBrowser, settled, startService } from './support.mjs';
 
@@ -49,7 +50,6 @@ async function move(page, keys) {
     );
     await page.keyboard.press(key);
     times.push(await waited);
-    await page.waitForTimeout(50);
   }
   return times;
 }
@@ -74,4 +74,5 @@ try {
 } finally {
   await browser.close();
   await service.stop();
+  rmSync(service.data, { recursive: true, force: true });
 }

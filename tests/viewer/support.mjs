@@ -1,6 +1,6 @@
 // What tests and measurements of the viewer share: the real service, and a real browser.
 import { spawn } from 'node:child_process';
-import { existsSync, mkdtempSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
@@ -17,10 +17,11 @@ export const CHROMIUM = [
 /** For what ought to take seconds; the machine may be busy. */
 export const PATIENCE = 240_000;
 
-/** Starts the service on a port and with a folder of its own. */
-export async function startService(program, { sources, options = [] }) {
-  const data = mkdtempSync(join(tmpdir(), 'isofront-viewer-'));
-  const args = ['serve', '--port', '0', '--data', data, '--sources', sources, '--log-level', 'warning'];
+/** Starts the service on a port and with a folder of its own, or where another one was. */
+export async function startService(program, { sources, options = [], after = null }) {
+  const data = after ? after.data : mkdtempSync(join(tmpdir(), 'isofront-viewer-'));
+  const port = after ? new URL(after.address).port : '0';
+  const args = ['serve', '--port', port, '--data', data, '--sources', sources, '--log-level', 'warning'];
   const service = spawn(program, [...args, ...options], { stdio: ['ignore', 'ignore', 'pipe'] });
   let told = '';
   const address = await new Promise((found, failed) => {
@@ -34,11 +35,15 @@ export async function startService(program, { sources, options = [] }) {
   const ended = new Promise((done) => service.on('exit', done));
   return {
     address,
-    process: service,
+    data,
+    /** As if the machine had lost its power. */
+    async kill() {
+      service.kill('SIGKILL');
+      await ended;
+    },
     async stop() {
       service.kill('SIGTERM');
       await ended;
-      rmSync(data, { recursive: true, force: true });
     },
   };
 }

@@ -18,10 +18,12 @@ import { fromAddress, toAddress } from '../state/address';
 import { Store } from '../state/store';
 import {
   INITIAL_STATE,
+  LAND_PIXEL_ERROR,
   MOST_SPOTS,
   newSurface,
   type SurfaceState,
   type ViewState,
+  VOLUME_PIXEL_ERROR,
 } from '../state/view-state';
 import type { Focus, Vector, View } from '../stream/protocol';
 import { SurfaceStream } from './surface-stream';
@@ -116,7 +118,8 @@ export class App {
     const pose = wanted.pose ? { ...wanted.pose, up: description.view.up } : poseOf(description);
     const surfaces =
       wanted.surfaces.length > 0 ? wanted.surfaces : [newSurface(description.isovalue, [])];
-    this.store.set({ pose, surfaces });
+    const usual = description.terrain ? LAND_PIXEL_ERROR : VOLUME_PIXEL_ERROR;
+    this.store.set({ pose, surfaces, pixelError: wanted.pixelError ?? usual });
   }
 
   /** Waits until a scene can be shown; nothing if somebody wants another meanwhile, or it can't be. */
@@ -150,6 +153,10 @@ export class App {
 
   private pose(): Pose {
     return this.store.get().pose ?? { eye: [3, 3, 3], target: [0, 0, 0], up: [0, 0, 1] };
+  }
+
+  private pixelError(): number {
+    return this.store.get().pixelError ?? VOLUME_PIXEL_ERROR;
   }
 
   private follow(state: ViewState, before: ViewState): void {
@@ -243,7 +250,7 @@ export class App {
       forward: forwardOf(pose),
       up: upOf(pose),
       fieldOfView: FIELD_OF_VIEW,
-      pixelError: this.store.get().pixelError,
+      pixelError: this.pixelError(),
     };
   }
 
@@ -310,7 +317,7 @@ export class App {
     );
     if (isThere || state.spots.length >= MOST_SPOTS) return;
     const error =
-      SPOT_FINENESS * state.pixelError * pixelSize(this.pose(), centre, this.stage.canvas.height);
+      SPOT_FINENESS * this.pixelError() * pixelSize(this.pose(), centre, this.stage.canvas.height);
     this.store.set({ spots: [...state.spots, { centre, radius, error }] });
   }
 

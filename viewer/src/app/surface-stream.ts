@@ -3,11 +3,15 @@ import { StagedSurface, type Stage } from '../scene/stage';
 import { StreamClient } from '../stream/client';
 import type { Connection } from '../stream/messages';
 import type { Focus, View, Welcome } from '../stream/protocol';
+import type { Change } from '../stream/session';
+import { Hold } from './hold';
 import { throttled } from './throttle';
 
 /** Between two views, and two isovalues, that are sent [ms]. */
 const VIEW_PERIOD = 80;
 const ISOVALUE_PERIOD = 30;
+/** How long the surface of an older isovalue stays, to be replaced by all of the new one [ms]. */
+const PATIENCE = 250;
 
 export interface SurfaceStreamHost {
   readonly stage: Stage;
@@ -32,6 +36,7 @@ export class SurfaceStream {
   private isovalue: number | null = null;
   private isIsovalueSent = false;
 
+  private readonly hold = new Hold<Change>(PATIENCE, (change) => this.show(change));
   private readonly sendView = throttled(VIEW_PERIOD, () => this.view && this.client.setView(this.view));
   private readonly sendIsovalue = throttled(ISOVALUE_PERIOD, () => {
     this.isIsovalueSent = true;
@@ -55,14 +60,9 @@ export class SurfaceStream {
         host.welcomed(welcome);
       },
       change: (change, receivedBytes) => {
-        this.surface.apply(change);
         this.receivedBytes = receivedBytes;
-        this.pixelError = change.pixelError;
-        const isNow = change.isSettled && this.isOfLastWish(change.isovalue);
-        if (isNow && !this.isSettled) this.milliseconds = performance.now() - this.wished;
-        this.isSettled = isNow;
-        host.stage.invalidate();
-        host.changed(this);
+        const isOnTheWay = change.isovalue !== this.surface.isovalue && !this.isComplete(change);
+        this.hold.take(change, isOnTheWay && this.surface.buffers.triangleCount > 0);
       },
       refused: (why) => host.refused(why),
     });
@@ -88,8 +88,23 @@ export class SurfaceStream {
   }
 
   close(): void {
+    this.hold.stop();
     this.client.close();
     this.host.stage.remove(this.surface);
+  }
+
+  private show(change: Change): void {
+    this.surface.apply(change);
+    this.pixelError = change.pixelError;
+    const isComplete = this.isComplete(change);
+    if (isComplete && !this.isSettled) this.milliseconds = performance.now() - this.wished;
+    this.isSettled = isComplete;
+    this.host.stage.invalidate();
+    this.host.changed(this);
+  }
+
+  private isComplete(change: Change): boolean {
+    return change.isSettled && this.isOfLastWish(change.isovalue);
   }
 
   private wish(): void {

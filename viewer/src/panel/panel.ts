@@ -78,6 +78,9 @@ export class Panel {
     this.picker = new ScenePicker(service, {
       open: (scene) => host.open(scene),
       askForToken: (why) => this.askForToken(why),
+      closed: () => {
+        if (this.store.get().scene === null) this.fail('Nothing is chosen yet.');
+      },
     });
     const theme = new ThemeButton();
     this.element = make(
@@ -129,7 +132,7 @@ export class Panel {
       this.chosen = state.surfaces[0]?.key ?? 0;
     this.histogram.update(state.surfaces, this.chosen);
     this.surfaces.update(state.surfaces, this.chosen);
-    this.detail.update(state.pixelError);
+    if (state.pixelError !== null) this.detail.update(state.pixelError);
     this.look.update(state, isBrushing);
     this.flying.textContent = state.flying ? 'Turn around' : 'Fly';
     this.flying.setAttribute('aria-pressed', String(state.flying));
@@ -144,7 +147,7 @@ export class Panel {
   }
 
   show(figures: Figures): void {
-    this.detail.show(figures, this.store.get().pixelError);
+    this.detail.show(figures, this.store.get().pixelError ?? Infinity);
     this.progress.classList.toggle('busy', !figures.isSettled && !this.element.hidden);
   }
 

@@ -6,6 +6,8 @@ export interface ScenePickerHost {
   open(scene: string): void;
   /** A token is needed: whether there is another now. */
   askForToken(why: string): Promise<boolean>;
+  /** Somebody has closed it, with or without a choice. */
+  closed(): void;
 }
 
 /** Between two looks at scenes that are being prepared [ms]. */
@@ -51,7 +53,10 @@ export class ScenePicker {
       const dropped = event.dataTransfer?.files[0];
       if (dropped) void this.attempt(`Sending ${dropped.name} …`, () => this.service.upload(dropped));
     });
-    this.element.addEventListener('close', () => clearTimeout(this.timer));
+    this.element.addEventListener('close', () => {
+      clearTimeout(this.timer);
+      this.host.closed();
+    });
   }
 
   async show(): Promise<void> {
@@ -93,8 +98,8 @@ export class ScenePicker {
           type: 'button',
           disabled: scene.state !== 'ready',
           onclick: () => {
-            this.element.close();
             this.host.open(scene.id);
+            this.element.close();
           },
         },
         make('strong', {}, scene.name || scene.source),

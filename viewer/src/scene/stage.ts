@@ -247,7 +247,7 @@ export class Stage {
     surface.fill.uniforms.tint.value = new Color(look.colour);
     surface.fill.uniforms.look.value = SHADINGS.indexOf(this.look.shading);
     surface.lines.uniforms.tint.value = this.lineColour;
-    surface.lines.uniforms.opacity.value = 0.6 * look.opacity;
+    surface.lines.uniforms.opacity.value = 0.35 * look.opacity;
     surface.lines.transparent = true;
   }
 

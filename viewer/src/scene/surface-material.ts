@@ -58,7 +58,7 @@ const FRAGMENT = /* glsl */ `
   vec3 ofLevel(float exponent)
   {
     vec3 phase = vec3(0.0, 0.33, 0.67) + 0.381966 * exponent;
-    return linear(0.55 + 0.4 * cos(6.2831853 * phase));
+    return linear(0.66 + 0.24 * cos(6.2831853 * phase));
   }
 
   vec3 ofLand(float steepness)

@@ -34,7 +34,7 @@ export function toAddress(state: ViewState): string {
     ]);
   if (state.pose) parts.push(['eye', numbers(state.pose.eye)], ['target', numbers(state.pose.target)]);
   if (state.flying) parts.push(['fly', '1']);
-  if (state.pixelError !== INITIAL_STATE.pixelError) parts.push(['error', number(state.pixelError)]);
+  if (state.pixelError !== null) parts.push(['error', number(state.pixelError)]);
   if (state.shading !== INITIAL_STATE.shading) parts.push(['show', state.shading]);
   if (state.wireframe) parts.push(['wire', '1']);
   if (state.clip) {
@@ -68,9 +68,7 @@ export function fromAddress(text: string, up: Vector = [0, 0, 1]): ViewState {
     pose,
     flying: query.get('fly') === '1',
     pixelError:
-      error === null
-        ? INITIAL_STATE.pixelError
-        : Math.min(Math.max(error, LEAST_PIXEL_ERROR), MOST_PIXEL_ERROR),
+      error === null ? null : Math.min(Math.max(error, LEAST_PIXEL_ERROR), MOST_PIXEL_ERROR),
     shading: SHADINGS.find((one) => one === query.get('show')) ?? INITIAL_STATE.shading,
     wireframe: query.get('wire') === '1',
     clip: clipOf(query.get('clip')),

@@ -33,7 +33,7 @@ export interface ViewState {
   readonly scene: string | null;
   readonly pose: Pose | null; // null: as the scene suggests
   readonly flying: boolean;
-  readonly pixelError: number; // [px]
+  readonly pixelError: number | null; // [px]; null: as suits the scene
   readonly surfaces: readonly SurfaceState[];
   readonly shading: Shading;
   readonly wireframe: boolean;
@@ -43,6 +43,9 @@ export interface ViewState {
 
 export const LEAST_PIXEL_ERROR = 0.5;
 export const MOST_PIXEL_ERROR = 64;
+/** What a scene is first shown with: landscapes go on and on, and cost much. */
+export const VOLUME_PIXEL_ERROR = 3;
+export const LAND_PIXEL_ERROR = 8;
 export const MOST_SURFACES = 6;
 /** As many as the protocol takes. */
 export const MOST_SPOTS = 64;
@@ -51,7 +54,7 @@ export const INITIAL_STATE: ViewState = {
   scene: null,
   pose: null,
   flying: false,
-  pixelError: 3,
+  pixelError: null,
   surfaces: [],
   shading: 'surface',
   wireframe: false,

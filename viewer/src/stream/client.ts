@@ -6,7 +6,7 @@ import type { Change } from './session';
 export interface StreamEvents {
   connection(connection: Connection): void;
   welcome(welcome: Welcome): void;
-  /** Must put the change on show; it is acknowledged on return. */
+  /** Puts the change on show, at once or soon; it is acknowledged on return. */
   change(change: Change, receivedBytes: number): void;
   refused(why: string): void;
 }
