@@ -28,30 +28,28 @@ async function load(address) {
 }
 
 /** Moves the isovalue by keys, and waits each time until all is there. */
-async function move(page, keys) {
-  await page.locator('.histogram .handle').focus();
-  const times = [];
-  for (const key of keys) {
-    const waited = page.evaluate(
-      () =>
-        new Promise((done) => {
-          const app = document.getElementById('app');
-          let begin = 0;
-          addEventListener('keydown', () => (begin = performance.now()), { once: true, capture: true });
-          const watch = new MutationObserver(() => {
-            if (begin === 0 || app.dataset.settled !== 'true') return;
-            watch.disconnect();
-            // the picture with it is the next one that is drawn
-            const end = performance.now();
-            requestAnimationFrame(() => done([end - begin, performance.now() - begin]));
-          });
-          watch.observe(app, { attributes: true });
-        }),
-    );
-    await page.keyboard.press(key);
-    times.push(await waited);
-  }
-  return times;
+function move(page, keys) {
+  return page.evaluate(async (all) => {
+    const app = document.getElementById('app');
+    const handle = document.querySelector('.histogram .handle');
+    const times = [];
+    for (const key of all) {
+      const begin = performance.now();
+      handle.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+      await new Promise((done) => {
+        const watch = new MutationObserver(() => {
+          if (app.dataset.settled !== 'true') return;
+          watch.disconnect();
+          done();
+        });
+        watch.observe(app, { attributes: true });
+      });
+      // the picture with it is the next one that is drawn
+      await new Promise((done) => requestAnimationFrame(() => done()));
+      times.push(performance.now() - begin);
+    }
+    return times;
+  }, keys);
 }
 
 try {
@@ -63,8 +61,7 @@ try {
   const triangles = await page.evaluate(() => document.getElementById('app').dataset.triangles);
   // there and back by small steps, so that about half of the isovalues have been seen before
   const keys = Array.from({ length: Number(moves) }, (_, i) => (i % 20 < 13 ? 'ArrowRight' : 'ArrowLeft'));
-  const times = await move(page, keys);
-  const complete = times.map(([time]) => time);
+  const complete = await move(page, keys);
   console.log(`${basename(volume)}, error ${error} px, picture of 960 x 720, ${triangles} triangles at first`);
   console.log(`from page load to complete surface: ${cold.toFixed(0)} ms, once more ${warm.toFixed(0)} ms`);
   console.log(
