@@ -7,6 +7,7 @@
 #include <isofront/core/Process.h>
 #include <isofront/exchange/ModelFile.h>
 #include <isofront/voxels/ChunkStore.h>
+#include <isofront/voxels/DiskRoom.h>
 #include <isofront/voxels/FieldVoxelization.h>
 #include <isofront/voxels/Voxelization.h>
 
@@ -67,7 +68,8 @@ struct VoxelSource {
         const std::atomic<bool>* cancelled,
         const std::function<void(double)>& progress)>;
     Voxelizing voxelize;
-    std::string name;                             ///< kept with the model
+    std::uint32_t resolution = 0; ///< that is asked for; `voxelize` takes others, too
+    std::string name;             ///< kept with the model
     std::optional<voxels::ModelField> field = {}; ///< the same of a field
     bool coloured = false;
     std::optional<voxels::ModelSource> file = {}; ///< of a mesh
@@ -107,6 +109,7 @@ core::Result<VoxelSource> openMesh(const VoxelizeArguments& arguments, const Sou
         return tl::unexpected(file.error());
     VoxelSource source;
     source.file = std::move(*file);
+    source.resolution = arguments.field.resolution;
     source.voxelize = [model](auto&&... passed) { return voxels::voxelize(*model, passed...); };
     source.name = std::filesystem::path(arguments.source).filename().string();
     source.coloured = model->isColoured();
@@ -137,10 +140,13 @@ core::Result<VoxelSource> openField(
         return tl::unexpected(wanted.error());
     const auto made = std::make_shared<voxels::FieldVoxelizationReport>();
     VoxelSource source;
-    source.voxelize = [=, wanted = *wanted](
+    source.resolution = voxels::latticeOf(*wanted).resolution;
+    source.voxelize = [=, wanted = *wanted, resolution = source.resolution](
                           const voxels::VoxelizationSettings& settings,
                           auto&&... passed) -> core::Result<voxels::VoxelizationReport> {
         voxels::FieldVoxelizationSettings own = wanted;
+        if (settings.resolution != resolution)
+            own.edge *= static_cast<double>(resolution) / settings.resolution;
         own.separability = settings.separability;
         own.allFaces = settings.allFaces;
         own.scratchFolder = settings.scratchFolder;
@@ -155,6 +161,7 @@ core::Result<VoxelSource> openField(
         all.allVoxels = report->allVoxels;
         all.chunks = report->chunks;
         all.emptyRegions = report->emptyRegions;
+        all.scratchBytes = report->scratchBytes;
         return all;
     };
     source.name = from->isProcedural ? from->name
@@ -229,6 +236,36 @@ std::filesystem::path scratchFolderOf(const VoxelizeArguments& arguments)
     return folder.empty() ? "." : folder;
 }
 
+/// Refuses, before hours of work, what there is no room for on the disk: a coarse trial tells.
+core::Result<void> checkRoom(
+    const VoxelizeArguments& arguments,
+    const VoxelSource& source,
+    const voxels::VoxelizationSettings& settings,
+    core::Jobs& jobs,
+    const std::atomic<bool>& cancelled,
+    const std::function<void(double)>& progress)
+{
+    const std::filesystem::path folder = bare(arguments.output).parent_path();
+    const auto model = voxels::diskFolderOf(folder.empty() ? "." : folder);
+    const auto scratch = voxels::diskFolderOf(settings.scratchFolder);
+    if (!model || !scratch)
+        return {}; // writing there says better what is wrong
+    const auto coarse = voxels::trialResolution(source.resolution, *model, *scratch);
+    if (!coarse)
+        return {};
+    voxels::VoxelizationSettings trial = settings;
+    trial.resolution = *coarse;
+    voxels::TrialSink sink;
+    const auto made = source.voxelize(trial, sink, jobs, &cancelled, progress);
+    if (!made)
+        return tl::unexpected(made.error());
+    return voxels::checkDiskRoom(
+        voxels::neededAt(source.resolution, *coarse, sink.bytes(), made->scratchBytes),
+        source.resolution,
+        *model,
+        *scratch);
+}
+
 int voxelize(const VoxelizeArguments& arguments)
 {
     const auto start = Clock::now();
@@ -252,7 +289,7 @@ int voxelize(const VoxelizeArguments& arguments)
     if (!store)
         return report(store.error());
     voxels::VoxelizationSettings settings;
-    settings.resolution = arguments.field.resolution;
+    settings.resolution = source->resolution;
     settings.separability =
         arguments.conservative ? voxels::Separability::conservative : voxels::Separability::six;
     settings.allFaces = arguments.allFaces;
@@ -260,9 +297,18 @@ int voxelize(const VoxelizeArguments& arguments)
     const auto jobs = core::makeJobs(core::JobsBackend::automatic, arguments.threads);
     std::atomic<bool> cancelled = false;
     const std::stop_callback cancelling(stop, [&] { cancelled = true; });
-    const auto made = source->voxelize(settings, **store, *jobs, &cancelled, [&](double share) {
-        progress.show("voxelising " + arguments.source, share);
-    });
+    const auto work = [&]() -> core::Result<voxels::VoxelizationReport> {
+        const auto fits =
+            checkRoom(arguments, *source, settings, *jobs, cancelled, [&](double share) {
+                progress.show("estimating the room that it needs", share);
+            });
+        if (!fits)
+            return tl::unexpected(fits.error());
+        return source->voxelize(settings, **store, *jobs, &cancelled, [&](double share) {
+            progress.show("voxelising " + arguments.source, share);
+        });
+    };
+    const auto made = work();
     progress.finish();
     if (!made && made.error().code == ErrorCode::interrupted)
         return report({ErrorCode::interrupted, "interrupted; nothing was written"});
@@ -313,6 +359,7 @@ int voxelize(const VoxelizeArguments& arguments)
     json["output"] = arguments.output;
     json["format"] = arguments.format;
     json["bytes"] = bytes;
+    json["scratch_bytes"] = made->scratchBytes;
     json["model"] = modelJson(model);
     if (source->key == "mesh")
         json["touched_voxels"] = made->touched;
@@ -396,7 +443,7 @@ Action addVoxelize(CLI::App& app)
     command->add_option(
         "--scratch",
         arguments->scratch,
-        "folder for what waits between the passes, about three times the model; default: where "
+        "folder for what waits between the passes, two to three times the model; default: where "
         "the model goes");
     command->add_option("--threads", arguments->threads, "0: one for each core")
         ->check(CLI::Range(0, 1024))

@@ -58,6 +58,7 @@ TEST_F(ModelsCommand, voxelizeAMeshAndTellWhatItBecame)
     for (const char* key :
          {"output",
           "bytes",
+          "scratch_bytes",
           "touched_voxels",
           "empty_regions",
           "bounds",
@@ -200,7 +201,7 @@ TEST_F(ModelsCommand, leaveWhatWasThereIfTheyAreInterrupted)
             // told to end when it has begun; if that comes too late, the model has to be whole
             const std::string script =
                 "cd '" + folder.string() + "' && { '" ISOFRONT_BINARY "' voxelize " + source +
-                " -q --resolution 16384 --format " + format +
+                " -q --resolution 8192 --format " + format +
                 " -o m 2>stderr & } ; "
                 "while kill -0 $! 2>/dev/null && [ ! -e m.part ]; do sleep 0.01; done; "
                 "kill -TERM $! 2>/dev/null; wait $!";
@@ -208,8 +209,8 @@ TEST_F(ModelsCommand, leaveWhatWasThereIfTheyAreInterrupted)
             ASSERT_TRUE(WIFEXITED(status));
             if (WEXITSTATUS(status) == 0) {
                 const Json model = json("info m --check")["model"];
-                EXPECT_EQ(model["resolution"], 16384) << model;
-                EXPECT_GT(model["voxels"], 16384 * 16384) << model;
+                EXPECT_EQ(model["resolution"], 8192) << model;
+                EXPECT_GT(model["voxels"], 8192 * 8192) << model;
             } else {
                 EXPECT_EQ(WEXITSTATUS(status), 130) << contentsOf(folder / "stderr");
                 EXPECT_EQ(leftOf("m"), isFile ? 1U : 0U) << "the model, or a part of it";

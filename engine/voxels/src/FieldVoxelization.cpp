@@ -205,6 +205,7 @@ core::Result<FieldVoxelizationReport> voxelizeField(
     report.allVoxels = made->allVoxels;
     report.chunks = made->chunks;
     report.emptyRegions = made->emptyRegions;
+    report.scratchBytes = made->scratchBytes;
     report.samples = source.samples();
     report.sanitisedSamples = source.sanitised();
     return report;

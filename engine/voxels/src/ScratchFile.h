@@ -30,6 +30,8 @@ public:
     core::Result<std::uint64_t> append(std::span<const std::byte> bytes);
     /// Reads what was appended.
     std::optional<core::Error> read(std::uint64_t offset, std::span<std::byte> bytes) const;
+    /// Of all that was appended. Thread: not while something is.
+    [[nodiscard]] std::uint64_t bytes() const { return _end; }
 
 private:
     explicit ScratchFile(int descriptor, std::filesystem::path folder);

@@ -97,6 +97,7 @@ public:
             return tl::unexpected(*failed);
         if (_progress)
             _progress(1);
+        _report.scratchBytes = _scratch.bytes();
         _report.makeSeconds = _makeTime.seconds();
         _report.reduceSeconds = _reduceTime.seconds();
         return _report;

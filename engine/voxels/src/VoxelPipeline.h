@@ -51,6 +51,7 @@ struct PipelineReport {
     std::uint64_t allVoxels = 0;
     std::uint64_t chunks = 0;
     std::uint64_t emptyRegions = 0;
+    std::uint64_t scratchBytes = 0;
     double makeSeconds = 0;   ///< processor time of VoxelSource::make [s]
     double reduceSeconds = 0; ///< the same of making coarser levels from finer ones
 };

@@ -189,6 +189,7 @@ core::Result<VoxelizationReport> voxelize(
     report.allVoxels = made->allVoxels;
     report.chunks = made->chunks;
     report.emptyRegions = made->emptyRegions;
+    report.scratchBytes = made->scratchBytes;
     report.rasterSeconds = made->makeSeconds;
     report.reduceSeconds = made->reduceSeconds;
     return report;

@@ -40,6 +40,7 @@ struct FieldVoxelizationReport {
     std::uint64_t allVoxels = 0;        ///< of all levels
     std::uint64_t chunks = 0;           ///< of all levels
     std::uint64_t emptyRegions = 0;     ///< parts of space that are closed off: solids and caves
+    std::uint64_t scratchBytes = 0;     ///< what waited between the passes [bytes]
     std::uint64_t samples = 0;          ///< values asked of the field
     std::uint64_t sanitisedSamples = 0; ///< of them not finite, or huge
 };

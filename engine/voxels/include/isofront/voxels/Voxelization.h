@@ -62,6 +62,7 @@ struct VoxelizationReport {
     std::uint64_t allVoxels = 0;    ///< of all levels
     std::uint64_t chunks = 0;       ///< of all levels
     std::uint64_t emptyRegions = 0; ///< parts of empty space that are closed off from outside
+    std::uint64_t scratchBytes = 0; ///< what waited between the passes [bytes]
     double rasterSeconds = 0; ///< processor time of turning triangles into voxels of level 0 [s]
     double reduceSeconds = 0; ///< processor time of making coarser levels from finer ones [s]
 };
