@@ -55,12 +55,17 @@ const triangles = (page) =>
   page.evaluate(() => Number(document.getElementById('app').dataset.triangles));
 const isovalueOf = async (page) => Number(await page.inputValue('input.value'));
 
+/** What is on the canvas, before one colour. */
 async function takePicture(page) {
-  const [download] = await Promise.all([
-    page.waitForEvent('download'),
-    page.getByRole('button', { name: 'Picture' }).click(),
-  ]);
-  return readFileSync(await download.path());
+  await page.evaluate(() => {
+    for (const element of [document.documentElement, document.body]) element.style.background = '#204060';
+  });
+  // what was chosen is drawn with the next frame
+  await page.evaluate(
+    () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+  );
+  const clip = await page.locator('canvas').boundingBox();
+  return page.screenshot({ clip, animations: 'disabled', caret: 'hide' });
 }
 
 /** What the engine draws itself of the same view; nothing where it was built without a renderer. */
@@ -136,6 +141,15 @@ try {
     assert.ok((await page.evaluate(() => globalThis.leastTriangles)) > 0);
     const second = await showsWhatTheEngineShows(page, isovalue);
     assert.ok(overlap(first, second) < 0.95);
+  });
+
+  await step('a picture is saved', async () => {
+    const [download] = await Promise.all([
+      page.waitForEvent('download'),
+      page.getByRole('button', { name: 'Picture' }).click(),
+    ]);
+    const saved = await pictures.silhouette(readFileSync(await download.path()));
+    assert.ok(overlap(saved, await pictures.silhouette(await takePicture(page))) > 0.99);
   });
 
   await step('keys move the isovalue', async () => {

@@ -174,6 +174,7 @@ export class App {
       wireframe: state.wireframe,
       isLand: this.scene?.terrain ?? false,
       clip: this.clip(state),
+      spots: this.isBrushing ? state.spots : [],
     });
     this.panel.update(this.isBrushing);
     this.report();
@@ -187,7 +188,9 @@ export class App {
       }
     for (const surface of state.surfaces) {
       const stream = this.streams.get(surface.key) ?? this.openStream(state, surface.key);
+      const appears = surface.visible && !stream.surface.look.visible;
       stream.surface.look = surface;
+      if (appears) stream.setView(this.view());
       stream.setIsovalue(surface.isovalue);
     }
     if (state.surfaces !== before.surfaces) this.stage.invalidate();
@@ -256,7 +259,9 @@ export class App {
 
   private sendViews(): void {
     const view = this.view();
-    for (const stream of this.streams.values()) stream.setView(view);
+    // what isn't seen need not follow
+    for (const stream of this.streams.values())
+      if (stream.surface.look.visible) stream.setView(view);
   }
 
   private focus(): Focus[] {
@@ -300,7 +305,7 @@ export class App {
     this.isBrushing = isOn;
     this.brushPart = part;
     this.stage.canvas.classList.toggle('brushing', isOn);
-    this.panel.update(isOn);
+    this.store.set({}); // all that shows it
   }
 
   private paint(event: PointerEvent): void {

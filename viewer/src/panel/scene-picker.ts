@@ -32,7 +32,8 @@ export class ScenePicker {
     make(
       'header',
       {},
-      make('h1', { id: 'picker-title' }, 'Isofront'),
+      // gets the keyboard first, rather than what closes all this
+      make('h1', { id: 'picker-title', tabindex: -1, autofocus: true }, 'Isofront'),
       make('button', { type: 'button', class: 'icon', 'aria-label': 'Close', onclick: () => this.element.close() }, '×'),
     ),
     make('p', {}, 'Isosurfaces at the detail that your view needs. Pick something to look at.'),

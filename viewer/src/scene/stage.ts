@@ -26,7 +26,7 @@ import type { Vector, Welcome } from '../stream/protocol';
 import type { Change } from '../stream/session';
 import { toField, toWorld } from '../stream/transform';
 import { SurfaceBuffers } from './surface-buffers';
-import { NO_CLIP, SHADINGS, type Shading, surfaceMaterial } from './surface-material';
+import { MOST_MARKS, NO_CLIP, SHADINGS, type Shading, surfaceMaterial } from './surface-material';
 
 export interface SurfaceLook {
   readonly colour: string;
@@ -40,6 +40,8 @@ export interface StageLook {
   readonly isLand: boolean;
   /** What lies where `dot(normal, world) > offset` is left out. */
   readonly clip: { readonly normal: Vector; readonly offset: number } | null;
+  /** Balls to be marked. */
+  readonly spots: readonly { readonly centre: Vector; readonly radius: number }[];
 }
 
 /** One isosurface on the stage. */
@@ -96,7 +98,7 @@ export class Stage {
   private readonly camera = new PerspectiveCamera();
   private readonly surfaces = new Set<StagedSurface>();
   private pose: Pose = { eye: [3, 3, 3], target: [0, 0, 0], up: [0, 0, 1] };
-  private look: StageLook = { shading: 'surface', wireframe: false, isLand: false, clip: null };
+  private look: StageLook = { shading: 'surface', wireframe: false, isLand: false, clip: null, spots: [] };
   private lineColour = new Color(0);
   private frame = 0;
   /** Called after each picture with the milliseconds that giving it to the device took. */
@@ -244,6 +246,11 @@ export class Stage {
     set('clip', this.clip());
     set('skyward', skyward);
     set('isLand', this.look.isLand);
+    const spots = this.look.spots.slice(0, MOST_MARKS);
+    surface.fill.uniforms.spotCount.value = spots.length;
+    spots.forEach(({ centre, radius }, i) =>
+      surface.fill.uniforms.spots.value[i].set(...subtract(centre, this.pose.eye), radius),
+    );
     surface.fill.uniforms.tint.value = new Color(look.colour);
     surface.fill.uniforms.look.value = SHADINGS.indexOf(this.look.shading);
     surface.lines.uniforms.tint.value = this.lineColour;

@@ -4,6 +4,9 @@ import { Color, DoubleSide, GLSL3, ShaderMaterial, Vector3, Vector4 } from 'thre
 export const SHADINGS = ['surface', 'levels', 'normals'] as const;
 export type Shading = (typeof SHADINGS)[number];
 
+/** Balls that can be marked. */
+export const MOST_MARKS = 64;
+
 const VERTEX = /* glsl */ `
   in vec4 shape;
   in vec4 colour;
@@ -42,6 +45,8 @@ const FRAGMENT = /* glsl */ `
   uniform vec4 clip;        // what is before the plane is left out; relative to the eye
   uniform vec3 skyward;     // the scene's up, in the view's space
   uniform bool isLand;
+  uniform int spotCount;
+  uniform vec4 spots[${MOST_MARKS}]; // centre, relative to the eye, and radius
   in vec3 vNormal;
   in vec3 vFieldNormal;
   in vec3 vPosition;
@@ -101,6 +106,11 @@ const FRAGMENT = /* glsl */ `
       light += vec3(0.10) * pow(max(dot(n, half_), 0.0), 36.0) * (isLand ? 0.2 : 1.0);
       light *= 1.0 - 0.35 * glance * glance;
     }
+    bool isMarked = false;
+    for (int i = 0; i < spotCount; ++i)
+      isMarked = isMarked || distance(vRelative, spots[i].xyz) < spots[i].w;
+    if (isMarked)
+      light = mix(light, vec3(0.05, 0.45, 0.5), 0.35);
     result = linearToOutputTexel(vec4(light, opacity));
   }
 `;
@@ -121,6 +131,8 @@ export function surfaceMaterial(): ShaderMaterial {
       clip: { value: NO_CLIP.clone() },
       skyward: { value: new Vector3(0, 1, 0) },
       isLand: { value: false },
+      spotCount: { value: 0 },
+      spots: { value: Array.from({ length: MOST_MARKS }, () => new Vector4()) },
     },
   });
 }
