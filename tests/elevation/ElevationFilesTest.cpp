@@ -295,6 +295,14 @@ TEST_F(ElevationFiles, thatAreHostileAreRefused)
         ErrorCode::resourceLimit,
         "limit",
         {.memoryLimit = 3'000'000});
+    // the file itself is larger
+    for (const auto& [name, bytes] :
+         {std::pair{"tiny.hgt", tile}, std::pair{"tiny.hgt.gz", packed}})
+        expectRefused(
+            folder.file(name, bytes),
+            ErrorCode::resourceLimit,
+            "1000000",
+            {.memoryLimit = 1'000'000});
 }
 
 TEST_F(ElevationFiles, withRandomDamageNeverCrash)

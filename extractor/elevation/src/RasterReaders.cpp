@@ -75,7 +75,11 @@ core::Result<RawElevation>
 readHgt(const std::filesystem::path& path, const ElevationOptions& options)
 {
     constexpr std::uint64_t kMostBytes = std::uint64_t{2} * 3601 * 3601;
-    const auto bytes = raster::readFileBytes(path, std::min(kMostBytes, options.memoryLimit));
+    const bool isLimited = options.memoryLimit < kMostBytes;
+    const auto bytes = raster::readFileBytes(
+        path,
+        isLimited ? options.memoryLimit : kMostBytes,
+        isLimited ? ErrorCode::resourceLimit : ErrorCode::badData);
     if (!bytes)
         return tl::unexpected(bytes.error());
     RawElevation raw;
