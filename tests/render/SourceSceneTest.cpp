@@ -31,14 +31,19 @@ protected:
             _hills.colours.push_back(code(p.x) | code(p.y) << 8U | code(p.z) << 16U | 0xff000000U);
         }
         _store = stored(_hills, kResolution);
+        _coarse = stored(_hills, kCoarse);
     }
     static void TearDownTestSuite()
     {
         _store.reset();
+        _coarse.reset();
         _hills = {};
     }
 
+    using Store = std::shared_ptr<const voxels::ChunkStore>;
     static constexpr std::uint32_t kResolution = 300;
+    /// Of nine times fewer voxels, for what isn't about them: to draw them takes most of the time.
+    static constexpr std::uint32_t kCoarse = 100;
     static std::shared_ptr<core::Jobs> jobs()
     {
         return core::makeJobs(core::JobsBackend::automatic, 2);
@@ -88,25 +93,26 @@ protected:
         const hierarchy::View& view,
         const HybridSettings& how,
         const render::RendererOptions& with = sourceOptions(),
-        const render::Scene& looks = look())
+        const render::Scene& looks = look(),
+        const Store& store = _store)
     {
-        const auto shown = renderer(render::voxelDomain(lattice()), with);
-        auto scene = HybridScene::create(*shown, nullptr, _store, jobs(), how);
+        const auto shown = renderer(render::voxelDomain(store->model().lattice), with);
+        auto scene = HybridScene::create(*shown, nullptr, store, jobs(), how);
         EXPECT_TRUE(scene) << scene.error().message;
         const auto frame = scene->settle(view, looks);
         EXPECT_TRUE(frame) << frame.error().message;
         return pictureOf(*shown, *frame);
     }
-    Picture voxelsAlone(const hierarchy::View& view, double pixels)
+    Picture voxelsAlone(const hierarchy::View& view, double pixels, const Store& store = _store)
     {
         HybridSettings how = settings(pixels);
         how.source = {};
-        return settled(view, how);
+        return settled(view, how, sourceOptions(), look(), store);
     }
     /// A bound that lies so far from the eye [px].
-    static double boundAt(const hierarchy::View& view, double distance)
+    static double boundAt(const hierarchy::View& view, double distance, const Store& store = _store)
     {
-        return lattice().edge * view.pixelsPerUnit() / distance;
+        return store->model().lattice.edge * view.pixelsPerUnit() / distance;
     }
     static hierarchy::View anyView(std::mt19937_64& random)
     {
@@ -142,7 +148,8 @@ protected:
     }
 
     static inline voxels::TriangleModel _hills;
-    static inline std::shared_ptr<const voxels::ChunkStore> _store;
+    static inline Store _store;
+    static inline Store _coarse;
 };
 
 TEST_F(SourceScenes, showTheSourceAloneCloseUp)
@@ -204,7 +211,7 @@ TEST_F(SourceScenes, haveNoBacksIfTheyAreClosed)
     both.twoSided = true;
     const auto rgbaOf = [&](const HybridSettings& how, const render::Scene& looks) {
         const hierarchy::View inside = lookingAt({0.2, 0, 0}, {1, 0.1, 0}, 64, 48);
-        return settled(inside, how, sourceOptions(), looks).rgba;
+        return settled(inside, how, sourceOptions(), looks, _coarse).rgba;
     };
     const HybridSettings closed = settings(1e-3);
     const auto plain = rgbaOf(closed, look());
@@ -336,19 +343,20 @@ TEST_F(SourceScenes, makeDoWithTheRoomThatThereIs)
 TEST_F(SourceScenes, fadeAsAllElseDoes)
 {
     const auto at = [](double away) { return lookingAt({away, -0.4, 0.3}, {0.5, 0, 0.1}, 80, 60); };
-    const double pixels = boundAt(at(2.4), 1.2);
-    const auto shown = renderer(render::voxelDomain(lattice()), sourceOptions());
+    const double pixels = boundAt(at(2.4), 0.75, _coarse);
+    const auto shown = renderer(render::voxelDomain(_coarse->model().lattice), sourceOptions());
     // what is asked for is there with the next frame, however fast the machine is
     auto scene = HybridScene::create(
         *shown,
         nullptr,
-        _store,
+        _coarse,
         core::makeJobs(core::JobsBackend::inlined, 1),
         settings(pixels, 0.1));
     ASSERT_TRUE(scene) << scene.error().message;
     ASSERT_TRUE(scene->settle(at(2.4), look()));
     std::size_t changes = 0;
     std::size_t blocks = 0;
+    std::size_t fading = 0;
     double time = 0;
     bool isComplete = false;
     // flies in, then stays until all is there
@@ -358,18 +366,21 @@ TEST_F(SourceScenes, fadeAsAllElseDoes)
         ASSERT_TRUE(frame) << frame.error().message;
         changes += frame->meshBlocks != blocks ? 1U : 0U;
         blocks = frame->meshBlocks;
+        fading += frame->drawn.cellsFading;
         isComplete = frame->isComplete;
     }
     const hierarchy::View last = at(1.5);
     const std::vector<float> depth = *shown->readDepth();
-    const Picture source = settled(last, settings(1e-3));
-    const Picture voxels = voxelsAlone(last, pixels);
+    const Picture source = settled(last, settings(1e-3), sourceOptions(), look(), _coarse);
+    const Picture voxels = voxelsAlone(last, pixels, _coarse);
     std::size_t holes = 0;
     for (std::size_t i = 0; i < depth.size(); ++i)
         holes += source.depth[i] > 0 && voxels.depth[i] > 0 && !(depth[i] > 0) ? 1U : 0U;
     EXPECT_EQ(holes, 0U);
     EXPECT_TRUE(isComplete);
     EXPECT_GT(changes, 0U);
+    EXPECT_GT(fading, 0U);
+    EXPECT_GT(voxelPixels(pictureOf(*shown, {})), 0U) << "farther away";
     EXPECT_GT(blocks, 0U);
 }
 
