@@ -65,6 +65,7 @@ Action addInfo(CLI::App& app);
 Action addFly(CLI::App& app);
 Action addRender(CLI::App& app);
 Action addServe(CLI::App& app);
+Action addTiles(CLI::App& app);
 Action addVoxelize(CLI::App& app);
 
 } // namespace isofront::cli

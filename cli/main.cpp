@@ -24,6 +24,7 @@ int main(int argc, char** argv)
         "  isofront info head.nrrd\n"
         "  isofront extract head.nrrd --isovalue 300 --closed -o bone.glb\n"
         "  isofront render proc:julia -o julia.png\n"
+        "  isofront tiles head.nrrd --isovalue 300 -o head-tiles\n"
         "  isofront voxelize dragon.ply.gz --resolution 2048 -o dragon.voxels\n"
         "  isofront serve --sources ~/scans\n\n"
         "Exit codes: 0 done, 2 bad usage, 3 bad input data, 4 input/output failure, 5 no usable\n"
@@ -35,6 +36,7 @@ int main(int argc, char** argv)
 #endif
     actions["extract"] = cli::addExtract(app);
     actions["info"] = cli::addInfo(app);
+    actions["tiles"] = cli::addTiles(app);
     actions["voxelize"] = cli::addVoxelize(app);
 #ifdef ISOFRONT_WITH_SERVER
     actions["serve"] = cli::addServe(app);

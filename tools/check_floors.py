@@ -21,6 +21,10 @@ FLOORS = {
     "surface": ("engine/surface", ["core", "hierarchy", "fields", "extractor"]),
     "voxels": ("engine/voxels", ["core", "fields"]),
     "exchange": ("engine/exchange", ["core", "raster", "surface", "voxels"]),
+    "tiles": (
+        "engine/tiles",
+        ["core", "hierarchy", "fields", "extractor", "surface", "exchange"],
+    ),
     "sources": (
         "engine/sources",
         ["core", "hierarchy", "fields", "volume", "elevation", "voxels", "exchange"],

@@ -89,7 +89,7 @@ struct PlyMesh {
 
 TEST_F(Command, teachesByHelp)
 {
-    for (const std::string command : {"", "extract ", "info "}) {
+    for (const std::string command : {"", "extract ", "info ", "tiles "}) {
         const Outcome outcome = run(command + "--help");
         EXPECT_EQ(outcome.exitCode, 0);
         EXPECT_NE(outcome.output.find("SOURCE"), std::string::npos);
@@ -99,6 +99,53 @@ TEST_F(Command, teachesByHelp)
     expectFailure("", 2, {"--help"});
     expectFailure("explode proc:sphere", 2, {"explode", "extract", "info"});
     expectFailure("extract proc:sphere", 2, {"--output"});
+}
+
+TEST_F(Command, writesTilesThatItsObjectDescribes)
+{
+    const Outcome outcome = run("tiles proc:torus --levels 2 --tile-steps 16 -o tiles --json -q");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.errors;
+    EXPECT_TRUE(outcome.errors.empty()) << outcome.errors;
+    const Json json = Json::parse(outcome.output);
+    ASSERT_EQ(json["levels"].size(), 2U);
+    EXPECT_EQ(json["levels"][0]["step"], 2 * json["levels"][1]["step"].get<double>());
+    EXPECT_GT(json["levels"][0]["geometric_error"], 0.0);
+    EXPECT_EQ(json["levels"][1]["geometric_error"], 0.0);
+    std::uintmax_t bytes = 0;
+    std::size_t files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder / "tiles"))
+        if (entry.is_regular_file()) {
+            bytes += entry.file_size();
+            ++files;
+        }
+    EXPECT_EQ(json["files"], files);
+    EXPECT_EQ(json["bytes"], bytes);
+    const Json tileset = Json::parse(contentsOf(folder / "tiles/tileset.json"));
+    EXPECT_EQ(tileset["asset"]["version"], "1.1");
+    EXPECT_EQ(
+        Json::parse(tileset["asset"]["extras"]["settings"].get<std::string>()), json["settings"]);
+    // what is there isn't touched
+    expectFailure("tiles proc:sphere -o tiles", 4, {"tiles", "empty"});
+    EXPECT_EQ(Json::parse(contentsOf(folder / "tiles/tileset.json")), tileset);
+}
+
+TEST_F(Command, refusesTilesThatCannotBe)
+{
+    expectFailure("tiles proc:torus", 2, {"--output"});
+    expectFailure("tiles proc:spere -o t", 2, {"spere", "sphere"});
+    expectFailure("tiles proc:torus -o t --levels 0", 2, {"--levels"});
+    expectFailure("tiles proc:torus -o t --levels 13", 2, {"--levels"});
+    expectFailure("tiles proc:torus -o t --levels 2 --spacing 1", 2, {"--levels", "--spacing"});
+    expectFailure("tiles proc:torus -o t --spacing native", 2, {"--spacing S", "--levels"});
+    expectFailure("tiles proc:torus -o t --spacing 1x", 2, {"1x"});
+    expectFailure("tiles proc:torus -o t --spacing 1e-300", 2, {"12 levels", "--spacing"});
+    expectFailure("tiles proc:torus -o t --tile-steps 48", 2, {"48", "power of two"});
+    expectFailure("tiles proc:torus -o t --tile-steps 8 --lattice 16", 2, {"8", "32"});
+    expectFailure("tiles proc:torus -o t --lattice 5", 2, {"5", "16"});
+    expectFailure("tiles proc:torus -o t --error nan", 2, {"--error"});
+    expectFailure("tiles proc:torus -o t --max-triangles 1", 6, {"--max-triangles"});
+    expectFailure("tiles proc:torus -o no/such/t", 4, {"no/such"});
+    EXPECT_FALSE(fs::exists(folder / "t"));
 }
 
 TEST_F(Command, refusesWhatMakesNoSenseAndNamesTheRemedy)
