@@ -1,6 +1,7 @@
 #include "Log.h"
 #include "Metrics.h"
 #include "Service.h"
+#include "api/RaysApi.h"
 #include "api/ScenesApi.h"
 #include "api/StreamApi.h"
 #include "api/SystemApi.h"
@@ -9,6 +10,7 @@
 #include "scenes/SceneRegistry.h"
 #include "stream/StreamHub.h"
 
+#include <isofront/core/Jobs.h>
 #include <isofront/server/Server.h>
 
 #include <fcntl.h>
@@ -108,6 +110,7 @@ struct Server::Parts {
     Metrics metrics;
     std::unique_ptr<SceneRegistry> scenes;
     StreamHub streams;
+    std::unique_ptr<core::Jobs> jobs = core::makeJobs(); ///< of requests
     Service service;
     std::unique_ptr<HttpServer> http; // first to go
 };
@@ -155,6 +158,7 @@ core::Result<std::unique_ptr<Server>> Server::start(const Settings& settings)
     parts->service.add(systemApi(parts->service));
     parts->service.add(scenesApi(*parts->scenes, settings));
     parts->service.add(streamApi(*parts->scenes, parts->streams));
+    parts->service.add(raysApi(*parts->scenes, *parts->jobs));
     parts->service.add(viewerApi(std::move(viewer)));
     auto http = HttpServer::start(parts->service, *uploads);
     if (!http)

@@ -245,6 +245,7 @@ const std::array kTable{
     count<&Settings::streamJobs, 1, 1024>("stream-jobs", "cells of one client that are extracted at once"),
     seconds<&Settings::headerSeconds>("header-timeout", "for a request's header to come in"),
     seconds<&Settings::idleSeconds>("idle-timeout", "between two requests, or two parts of one"),
+    seconds<&Settings::requestSeconds>("request-timeout", "for a request to be worked on, as rays are cast"),
     seconds<&Settings::drainSeconds>("drain-timeout", "for what is under way when the service ends"),
     Setting{
         "log-level", "LEVEL", "debug, info, warning or error",

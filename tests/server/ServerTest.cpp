@@ -571,6 +571,15 @@ TEST_F(Served, isAsItsDescriptionSays)
             const std::string type = operation.at("requestBody").at("content").begin().key();
             headers = "Content-Type: " + type + "\r\n";
             body = type == "application/json" ? kBall : ballVolume(8);
+            const Json& content = operation["requestBody"]["content"][type];
+            if (const Json named = content.value("schema", Json::object()); !named.empty()) {
+                const std::string schema = named.at("$ref");
+                const Json& described = document.at("components")
+                                            .at("schemas")
+                                            .at(schema.substr(schema.rfind('/') + 1));
+                if (described.contains("examples"))
+                    body = described["examples"].front().dump();
+            }
         }
         std::string verb;
         for (const char c : method)

@@ -70,7 +70,8 @@ struct Request {
     std::shared_ptr<UploadedFile> file; ///< the body of an upload
     std::string peer;                   ///< address, for the log
     Principal principal;
-    std::stop_token stop; ///< stopped when the service ends without waiting any longer
+    /// Stopped when nobody waits for the answer any more, or it has taken too long.
+    std::stop_token stop;
 
     /// Empty if it isn't there.
     [[nodiscard]] std::string_view header(const std::string& name) const;

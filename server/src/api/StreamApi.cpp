@@ -1,5 +1,7 @@
 #include "StreamApi.h"
 
+#include "ReadyScene.h"
+
 #include <utility>
 
 namespace isofront::server {
@@ -8,17 +10,9 @@ namespace {
 tl::expected<std::unique_ptr<Stream>, Response>
 openStream(SceneRegistry& scenes, StreamHub& hub, const std::string& id)
 {
-    const auto record = scenes.find(id);
-    if (!record)
-        return tl::unexpected(problem(404, "there is no scene '" + id + "'"));
-    if (record->state == SceneRecord::State::preparing)
-        return tl::unexpected(
-            problem(503, "the scene is being prepared: try again").with("Retry-After", "1"));
-    if (record->state == SceneRecord::State::failed)
-        return tl::unexpected(problem(422, "the scene can't be shown: " + record->failure));
-    auto scene = scenes.acquire(*record);
+    auto scene = readyScene(scenes, id);
     if (!scene)
-        return tl::unexpected(problem(scene.error()));
+        return tl::unexpected(std::move(scene.error()));
     auto stream = hub.open(std::move(*scene));
     if (!stream)
         return tl::unexpected(problem(stream.error()));

@@ -1,6 +1,8 @@
 #pragma once
 
-// Boost 1.74 uses std::exchange without including it.
+// clang-format off
+#include <utility> // Boost 1.74 uses std::exchange without including it
+// clang-format on
 #include <boost/asio/associated_executor.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -21,7 +23,6 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
-#include <utility>
 
 namespace isofront::server {
 

@@ -1,5 +1,7 @@
 #include "Connection.h"
 
+#include "Interest.h"
+
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <fcntl.h>
 #include <unistd.h>
@@ -275,6 +277,9 @@ net::awaitable<void> Connection::exchange()
             response = _service.refuseForLoad();
         if (!response) {
             const Counted active(_service.metrics(), Metrics::Level::requests);
+            const Interest interest(
+                _stream.socket(), _service.settings().requestSeconds, request.stop);
+            request.stop = interest.token();
             response = co_await runOn(_shared.workers.get_executor(), [&] {
                 return std::optional(_service.answer(request, admission));
             });

@@ -49,6 +49,7 @@ struct Settings {
     std::uint32_t streamJobs = 2; ///< cells of one client being extracted at once
     double headerSeconds = 10;    ///< from the first byte of a request to the last of its header
     double idleSeconds = 75;      ///< between requests, and between the bytes of one
+    double requestSeconds = 60;   ///< that a request is worked on
     double drainSeconds = 10;     ///< for what is under way, once asked to end
 
     // What it tells
