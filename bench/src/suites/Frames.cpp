@@ -27,6 +27,8 @@ namespace isofront::bench {
 namespace {
 
 constexpr double kMiB = 1024.0 * 1024.0;
+/// As much as any of the flights needs, so that none is coarser than it asks for.
+constexpr std::uint64_t kCacheBytes = 1ULL << 30U;
 constexpr double kFieldOfView = 1.0;
 
 /// What is flown past.
@@ -333,6 +335,7 @@ fly(const Context& context,
          .height = size.height,
          .up = exhibit.up,
          .streaming = {.voxelPixels = exhibit.voxelPixels},
+         .poolBytes = kCacheBytes,
          .uploadBytes = cap.second});
     if (!studio)
         return tl::unexpected(studio.error());

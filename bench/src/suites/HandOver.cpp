@@ -5,6 +5,7 @@
 #include "Suites.h"
 
 #include <isofront/gpu/Device.h>
+#include <isofront/render/HandOver.h>
 #include <isofront/render/Renderer.h>
 #include <isofront/surface/Surface.h>
 #include <isofront/voxels/FieldVoxelization.h>
@@ -321,7 +322,10 @@ SuiteResult runHandOver(const Context& context)
         if (!finer)
             return fail(finer.error());
         compare("mesh", kFiner, *finer);
-        for (const double size : context.pick<std::vector<double>>({0.5, 2}, {0.5, 1, 1.5, 2})) {
+        // where the hand-over is, unless another is asked for
+        const double usual = render::HandOverSettings{}.pixels / render::kVoxelError;
+        for (const double size :
+             context.pick<std::vector<double>>({0.5, usual, 2}, {0.5, usual, 1, 1.5, 2})) {
             if (context.isStopped())
                 return result;
             context.say(subject.name + ", voxels of " + textOf(size) + " px");
@@ -341,6 +345,12 @@ SuiteResult runHandOver(const Context& context)
                     " px lie not much more than a voxel off along rays, the median",
                 apart.depth < allowed,
                 textOf(apart.depth) + " px");
+            if (size == usual)
+                result.check(
+                    subject.name + ": at the hand-over outlines and surfaces lie less than a pixel "
+                                   "off, the mean and the median",
+                    std::max(apart.silhouette, apart.depth) < 1,
+                    textOf(apart.silhouette) + " and " + textOf(apart.depth) + " px");
         }
     }
     result.tables.push_back(std::move(table));
