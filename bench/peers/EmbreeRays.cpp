@@ -42,7 +42,8 @@ void* isofrontEmbreeScene(
     const std::vector<float>& positions, const std::vector<std::array<std::uint32_t, 3>>& triangles)
 {
     auto made = std::make_unique<Scene>();
-    made->device = rtcNewDevice("threads=1");
+    // Told to take one thread, Embree would allow TBB no more than one in the whole process.
+    made->device = rtcNewDevice(nullptr);
     if (made->device == nullptr)
         return nullptr;
     rtcSetDeviceMemoryMonitorFunction(made->device, countMemory, made.get());
