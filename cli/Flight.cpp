@@ -126,8 +126,11 @@ std::vector<hierarchy::View> overTerrain(const Source& source, const FlightPlan&
     land.clearance = land.edge / kClearances;
     // As many steps for any box: 4 m for one of 16 km.
     const double step = source.isProcedural ? box.size().z / 4096 : 4.0;
-    land.ground = [&source, &box, step](double x, double y) {
-        return fields::surfaceHeight(*source.field, box, x, y, step);
+    // Where there is no ground, as between islands that float, one flies on as high as one began.
+    const double level = source.eye.z - land.clearance;
+    land.ground = [&source, &box, step, level](double x, double y) {
+        const double height = fields::surfaceHeight(*source.field, box, x, y, step);
+        return height > box.low.z ? height : level;
     };
     return overLand(land, plan);
 }

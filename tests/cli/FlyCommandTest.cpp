@@ -63,6 +63,17 @@ TEST_F(FlyCommand, goesAroundAModelWithinItsCache)
     EXPECT_EQ(small["summary"]["effective_voxel_pixels_max"], close["effective_voxel_pixels_max"]);
 }
 
+TEST_F(FlyCommand, staysAboveIslandsThatFloat)
+{
+    // of this seed one begins over nothing
+    const Json flown =
+        json("fly --preset islands --seed 1 --size 96x54 --pixel-error 6 --frames 2 --out flight");
+    EXPECT_GT(flown["mean_triangles"], 1000);
+    const Json report = reportOf("flight");
+    for (const Json& frame : report["frames"])
+        EXPECT_GT(frame["eye"][2].get<double>(), 0) << "below them";
+}
+
 TEST_F(FlyCommand, keepsClearOfTheGroundOfALandscapesModel)
 {
     const Json made = json("voxelize proc:terrain --resolution 160 -o land.voxels");
