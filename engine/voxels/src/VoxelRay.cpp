@@ -6,6 +6,7 @@
 #include "LatticeRay.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace isofront::voxels {
@@ -39,15 +40,34 @@ struct VoxelRayCaster::Parts {
     {
     }
 
-    /// The chunk that a thread was in last, so that it needn't ask the cache for it.
-    struct Current {
-        std::uint32_t index = CutTree::kNone;
-        std::shared_ptr<const LoadedChunk> chunk;
+    /// Chunks that a thread was in lately, so that it needn't ask the cache for them, which all
+    /// threads share: rays beside each other go through the same ones.
+    class Recent {
+    public:
+        /// @return valid until the next call
+        core::Result<const LoadedChunk*> get(std::uint32_t index, ChunkCache& cache)
+        {
+            Entry& entry = _entries[index % _entries.size()];
+            if (entry.index != index) {
+                auto loaded = cache.get(index);
+                if (!loaded)
+                    return tl::unexpected(loaded.error());
+                entry = {index, std::move(*loaded)};
+            }
+            return entry.chunk.get();
+        }
+
+    private:
+        struct Entry {
+            std::uint32_t index = CutTree::kNone;
+            std::shared_ptr<const LoadedChunk> chunk;
+        };
+        std::array<Entry, 16> _entries;
     };
 
-    core::Result<std::optional<VoxelHit>> cast(const Ray& ray, Current& current);
-    [[nodiscard]] VoxelHit
-    hit(const LatticeRay& ray, const LatticeRay::Place& place, const Current& current) const;
+    core::Result<std::optional<VoxelHit>> cast(const Ray& ray, Recent& recent);
+    [[nodiscard]] static VoxelHit
+    hit(const LatticeRay& ray, const LatticeRay::Place& place, const Chunk& chunk);
 
     VoxelLattice lattice;
     ChunkCut cut;
@@ -55,7 +75,7 @@ struct VoxelRayCaster::Parts {
     ChunkCache cache;
 };
 
-core::Result<std::optional<VoxelHit>> VoxelRayCaster::Parts::cast(const Ray& ray, Current& current)
+core::Result<std::optional<VoxelHit>> VoxelRayCaster::Parts::cast(const Ray& ray, Recent& recent)
 {
     if (!isUsable(ray))
         return core::failure(
@@ -72,13 +92,10 @@ core::Result<std::optional<VoxelHit>> VoxelRayCaster::Parts::cast(const Ray& ray
             walk->leave(*place, found.bits);
             continue;
         }
-        if (current.index != found.chunk) {
-            auto loaded = cache.get(found.chunk);
-            if (!loaded)
-                return tl::unexpected(loaded.error());
-            current = {found.chunk, std::move(*loaded)};
-        }
-        const ChunkOccupancy& occupancy = current.chunk->occupancy;
+        const auto loaded = recent.get(found.chunk, cache);
+        if (!loaded)
+            return tl::unexpected(loaded.error());
+        const ChunkOccupancy& occupancy = (*loaded)->occupancy;
         const auto level = static_cast<int>(cut[found.chunk].level);
         const std::array<std::int32_t, 3> entered = place->cell;
         const auto isInside = [&] {
@@ -93,7 +110,7 @@ core::Result<std::optional<VoxelHit>> VoxelRayCaster::Parts::cast(const Ray& ray
             };
             const int empty = occupancy.emptyAround(local(0), local(1), local(2));
             if (empty == ChunkOccupancy::kFullCube) {
-                const VoxelHit result = hit(*walk, *place, current);
+                const VoxelHit result = hit(*walk, *place, (*loaded)->chunk);
                 return result.distance <= ray.reach ? std::optional(result) : std::nullopt;
             }
             walk->leave(*place, level + empty);
@@ -105,9 +122,8 @@ core::Result<std::optional<VoxelHit>> VoxelRayCaster::Parts::cast(const Ray& ray
 }
 
 VoxelHit VoxelRayCaster::Parts::hit(
-    const LatticeRay& ray, const LatticeRay::Place& place, const Current& current) const
+    const LatticeRay& ray, const LatticeRay::Place& place, const Chunk& chunk)
 {
-    const Chunk& chunk = current.chunk->chunk;
     VoxelHit hit;
     hit.chunk = chunk.key;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -152,8 +168,8 @@ core::Result<VoxelRayCaster> VoxelRayCaster::create(
 
 core::Result<std::optional<VoxelHit>> VoxelRayCaster::cast(const Ray& ray) const
 {
-    Parts::Current current;
-    return _parts->cast(ray, current);
+    Parts::Recent recent;
+    return _parts->cast(ray, recent);
 }
 
 core::Result<std::vector<std::optional<VoxelHit>>>
@@ -163,10 +179,10 @@ VoxelRayCaster::cast(std::span<const Ray> rays, core::Jobs& jobs) const
     std::vector<std::optional<VoxelHit>> hits(rays.size());
     std::vector<std::optional<core::Error>> errors(count);
     jobs.parallelFor(count, [&](std::size_t job) {
-        Parts::Current current;
+        Parts::Recent recent;
         const std::size_t end = std::min(rays.size(), (job + 1) * kRaysOfAJob);
         for (std::size_t i = job * kRaysOfAJob; i < end; ++i) {
-            auto hit = _parts->cast(rays[i], current);
+            auto hit = _parts->cast(rays[i], recent);
             if (!hit) {
                 errors[job] = std::move(hit.error());
                 return;
