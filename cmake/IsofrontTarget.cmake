@@ -62,6 +62,10 @@ function(isofront_test name)
   target_link_libraries(${name} PRIVATE ${arg_LINK} GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   isofront_target(${name})
+  if(ISOFRONT_SANITIZE)
+    # Half of what a sanitizer's build takes is optimising tests; what they test is optimised.
+    target_compile_options(${name} PRIVATE -O0)
+  endif()
   gtest_discover_tests(
     ${name}
     DISCOVERY_MODE PRE_TEST
