@@ -176,6 +176,15 @@ TEST(Tokens, refuseFilesThatSaySomethingElse)
           "",
           "# read anna 0123456789abcdef0\n\n"})
         EXPECT_FALSE(Tokens::parse(text)) << text;
+    for (const std::string text :
+         {"0123456789abcdef,x",
+          "0123456789abcde==",
+          "0123456789abc/def",
+          "0123456789abcdef\xc3\xa4"}) {
+        const auto odd = Tokens::parse("read anna " + text + "\n");
+        ASSERT_FALSE(odd) << text;
+        EXPECT_NE(odd.error().message.find("letters, digits"), std::string::npos);
+    }
     const auto refused = Tokens::parse("read anna 0123456789abcdef0\nread bert tooshort1\n");
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().message.find("line 2"), std::string::npos);

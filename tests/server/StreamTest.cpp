@@ -309,6 +309,29 @@ TEST(StreamSession, changesTheIsovalueInOneTransaction)
     expectMeshesOf(talk.client, -0.03);
 }
 
+TEST(StreamSession, tellsOfAnIsovalueThatChangesNoCell)
+{
+    Talk talk(nullptr, true);
+    talk.greet();
+    talk.say(creditsMessage(kPlenty));
+    talk.say(viewMessage(viewFrom({0.4, 0.3, 0.65}), kError));
+    for (const double isovalue : {1e6, 2e6, -1e6}) { // there is nothing at any of them
+        talk.say(isovalueMessage(isovalue));
+        for (int i = 0; i < 20000 && talk.client.isovalue != isovalue; ++i) {
+            talk.session->advance();
+            const auto message = talk.session->next();
+            if (message)
+                talk.client.take(*message);
+        }
+        EXPECT_EQ(talk.client.isovalue, isovalue);
+        talk.acknowledges = false;
+        talk.say(acknowledgeMessage(talk.client.transaction));
+        talk.acknowledges = true;
+        talk.settle();
+        EXPECT_EQ(talk.client.host.triangles(), 0U);
+    }
+}
+
 TEST(StreamSession, neverSendsMoreThanItsCredits)
 {
     Talk talk;

@@ -3,11 +3,21 @@
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <string_view>
 
 namespace isofront::server {
 namespace {
 
 constexpr std::size_t kShortest = 16;
+
+/// Of a token in a header (RFC 9110, section 5.6.2): a browser's WebSocket names no others.
+bool isTokenCharacter(char character)
+{
+    constexpr std::string_view kOthers = "!#$%&'*+-.^_`|~";
+    return (character >= 'a' && character <= 'z') || (character >= 'A' && character <= 'Z') ||
+           (character >= '0' && character <= '9') || kOthers.find(character) != kOthers.npos;
+}
 
 } // namespace
 
@@ -58,6 +68,10 @@ core::Result<Tokens> Tokens::parse(std::string_view text)
             return refused(
                 "a token has " + std::to_string(kShortest) + " to " + std::to_string(kLongest) +
                 " characters");
+        if (!std::ranges::all_of(secret, isTokenCharacter))
+            return refused(
+                "a token has letters, digits and !#$%&'*+-.^_`|~ only: browsers can send nothing "
+                "else with a WebSocket");
         std::istringstream list(scopes);
         for (std::string name; std::getline(list, name, ',');) {
             const auto scope = scopeNamed(name);

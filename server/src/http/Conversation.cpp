@@ -64,7 +64,12 @@ public:
         });
         net::co_spawn(
             _socket.get_executor(), [self] { return self->read(); }, net::detached);
-        co_await write();
+        try {
+            co_await write();
+        } catch (const std::exception& failed) {
+            _service.log().write(LogLevel::error, "stream failed", {{"why", failed.what()}});
+            abort();
+        }
         _isEnding = true;
         co_await runOn(_turn, [this] {
             _stream->whenReady({});

@@ -3,6 +3,8 @@
 #include "Bytes.h"
 
 #include <algorithm>
+#include <exception>
+#include <string>
 #include <utility>
 
 namespace isofront::server {
@@ -173,6 +175,23 @@ void StreamSession::refuse(core::Error error)
 
 StreamScheduler::Outcome StreamSession::advance()
 {
+    try {
+        return advanceSurface();
+    } catch (const std::exception& failed) {
+        // memory, most likely: this client's stream ends, and not those of all
+        {
+            const std::lock_guard lock(_mutex);
+            refuse(
+                {core::ErrorCode::resourceLimit,
+                 std::string("the stream failed: ") + failed.what()});
+        }
+        wakeTransport();
+        return StreamScheduler::Outcome::idle;
+    }
+}
+
+StreamScheduler::Outcome StreamSession::advanceSurface()
+{
     using Outcome = StreamScheduler::Outcome;
     std::unique_lock lock(_mutex);
     if (_refusal || !_view || !mayAdvance())
@@ -187,8 +206,11 @@ StreamScheduler::Outcome StreamSession::advance()
     _isSettled = _surface->isSettled();
     if (_isSettled || !delta.isEmpty())
         _isChanging = false;
-    if (_isSettled)
+    if (_isSettled) {
         _isReturning = false;
+        // from nothing to nothing there is no change of cells that would tell
+        _wantedIsovalue = _isovalue;
+    }
     const surface::SurfaceStats stats = _surface->stats();
     _effectiveError = stats.effectivePixelError;
     _bytes.store(

@@ -110,6 +110,7 @@ private:
     [[nodiscard]] bool mayBegin() const;
     [[nodiscard]] bool hasCaughtUp() const;
     [[nodiscard]] bool mayAdvance() const;
+    StreamScheduler::Outcome advanceSurface();
     void want(const surface::Delta& delta);
     std::vector<std::byte> welcome() const;
     void wakeTransport();

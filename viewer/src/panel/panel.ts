@@ -79,7 +79,9 @@ export class Panel {
       open: (scene) => host.open(scene),
       askForToken: (why) => this.askForToken(why),
       closed: () => {
-        if (this.store.get().scene === null) this.fail('Nothing is chosen yet.');
+        // of an address with a scene that isn't there, nothing is shown either
+        if (this.store.get().scene === null || this.element.hidden)
+          this.fail('Nothing is chosen yet.');
       },
     });
     const theme = new ThemeButton();
