@@ -14,7 +14,15 @@ namespace isofront::server {
 class Metrics {
 public:
     /// A number of things that come and go.
-    enum class Level { connections, requests, streams, openScenes, sceneBytes, cellBytes, streamBytes };
+    enum class Level {
+        connections,
+        requests,
+        streams,
+        openScenes,
+        sceneBytes,
+        cellBytes,
+        streamBytes
+    };
     /// A number that only grows.
     enum class Count {
         bytesSent,

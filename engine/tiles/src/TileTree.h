@@ -21,7 +21,7 @@ struct Tile {
     std::uint8_t octants = 0;          ///< as in TilePart
     std::uint64_t triangles = 0;       ///< in its file
     std::uint64_t bytes = 0;           ///< of its file
-    bool vanishes = false;       ///< the next level has nothing at all in its cube
+    bool vanishes = false;             ///< the next level has nothing at all in its cube
     bool isDropped = false;            ///< no part of the tileset any more
     std::vector<std::size_t> children; ///< in the next level
 
