@@ -62,13 +62,9 @@ function(isofront_test name)
   target_link_libraries(${name} PRIVATE ${arg_LINK} GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   isofront_target(${name})
-  if(ISOFRONT_SANITIZE)
-    # Half of what a sanitizer's build takes is optimising tests; what they test is optimised.
-    target_compile_options(${name} PRIVATE -O0)
-    if("thread" IN_LIST ISOFRONT_SANITIZE)
-      # The standard library has a fence, which the thread sanitizer doesn't follow.
-      target_compile_options(${name} PRIVATE -Wno-tsan)
-    endif()
+  if("thread" IN_LIST ISOFRONT_SANITIZE)
+    # The standard library has a fence, which the thread sanitizer doesn't follow.
+    target_compile_options(${name} PRIVATE -Wno-tsan)
   endif()
   gtest_discover_tests(
     ${name}
